@@ -1,0 +1,162 @@
+#define _POSIX_C_SOURCE 200809L
+#include "base/file.h"
+#include "base/log.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static ng_result io_error(const char *verb, const char *path)
+{
+    int e = errno;
+    ng_log_error("%s: cannot %s: %s", path, verb, strerror(e));
+    return e == ENOENT ? NG_ERROR_NOT_FOUND : NG_ERROR_IO;
+}
+
+ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *size)
+{
+    if (limit == 0)
+        limit = (uint64_t)4 << 30;
+    // O_NONBLOCK: opening a pipe must fail below, not wait for a writer.
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0)
+        return io_error("open", path);
+    struct stat st;
+    if (fstat(fd, &st) != 0) {
+        ng_result r = io_error("read", path);
+        close(fd);
+        return r;
+    }
+    if (!S_ISREG(st.st_mode)) {
+        ng_log_error("%s: is not a regular file", path);
+        close(fd);
+        return NG_ERROR_IO;
+    }
+    if ((uint64_t)st.st_size > limit) {
+        ng_log_error("%s: has %lld bytes, more than the limit of %llu", path, (long long)st.st_size,
+                     (unsigned long long)limit);
+        close(fd);
+        return NG_ERROR_MEMORY;
+    }
+    size_t want = (size_t)st.st_size, got = 0;
+    unsigned char *p = malloc(want + 1);
+    if (!p) {
+        ng_log_error("%s: out of memory for %zu bytes", path, want);
+        close(fd);
+        return NG_ERROR_MEMORY;
+    }
+    while (got < want) {
+        ssize_t n = read(fd, p + got, want - got);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0) {
+            ng_result r = io_error("read", path);
+            free(p);
+            close(fd);
+            return r;
+        }
+        if (n == 0)
+            break; // truncated while we read: what is there is what counts
+        got += (size_t)n;
+    }
+    close(fd);
+    p[got] = 0;
+    *data = p;
+    *size = got;
+    return NG_OK;
+}
+
+static bool write_all(int fd, const unsigned char *p, size_t size)
+{
+    while (size) {
+        ssize_t n = write(fd, p, size);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0)
+            return false;
+        p += n;
+        size -= (size_t)n;
+    }
+    return fsync(fd) == 0;
+}
+
+ng_result ng_file_write(const char *path, const void *data, size_t size)
+{
+    char temporary[4096];
+    int n = snprintf(temporary, sizeof temporary, "%s.tmp-%ld", path, (long)getpid());
+    if (n < 0 || (size_t)n >= sizeof temporary) {
+        ng_log_error("%.200s...: path is too long", path);
+        return NG_ERROR_IO;
+    }
+    int fd = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (fd < 0)
+        return io_error("write", path);
+    bool ok = write_all(fd, data, size);
+    int e = errno;
+    if (close(fd) != 0 && ok) {
+        e = errno;
+        ok = false;
+    }
+    if (ok && rename(temporary, path) != 0) {
+        e = errno;
+        ok = false;
+    }
+    if (!ok) {
+        unlink(temporary);
+        errno = e;
+        return io_error("write", path);
+    }
+    return NG_OK;
+}
+
+bool ng_file_exists(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0;
+}
+
+ng_result ng_file_make_directory(const char *path)
+{
+    char part[4096];
+    size_t n = strlen(path);
+    if (n == 0 || n >= sizeof part) {
+        ng_log_error("\"%.200s\": not a usable directory name", path);
+        return NG_ERROR_IO;
+    }
+    memcpy(part, path, n + 1);
+    for (size_t i = 1; i <= n; i++) {
+        if (part[i] != '/' && part[i] != 0)
+            continue;
+        char saved = part[i];
+        part[i] = 0;
+        if (mkdir(part, 0777) != 0 && errno != EEXIST)
+            return io_error("create directory", part);
+        part[i] = saved;
+    }
+    return NG_OK;
+}
+
+bool ng_path_beside(const char *beside, const char *name, char *out, size_t out_size)
+{
+    const char *slash = strrchr(beside, '/');
+    int directory = slash && name[0] != '/' ? (int)(slash - beside + 1) : 0;
+    int n = snprintf(out, out_size, "%.*s%s", directory, beside, name);
+    return n >= 0 && (size_t)n < out_size;
+}
+
+const char *ng_path_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+const char *ng_path_extension(const char *path)
+{
+    const char *name = ng_path_name(path);
+    const char *dot = strrchr(name, '.');
+    return dot && dot != name ? dot + 1 : "";
+}

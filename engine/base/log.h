@@ -1,0 +1,24 @@
+// The log: one line a message, to a sink that the application may replace. Thread-safe.
+//
+// Errors are logged once, where they are detected; callers pass the result on without a second message.
+#ifndef NG_BASE_LOG_H
+#define NG_BASE_LOG_H
+
+#include "base/result.h"
+
+enum ng_log_level { NG_LOG_DEBUG, NG_LOG_INFO, NG_LOG_WARN, NG_LOG_ERROR };
+
+// `text` is one message without a newline, valid during the call. Calls never overlap.
+typedef void (*ng_log_fn)(void *user, enum ng_log_level level, const char *text);
+
+// Replaces the sink; a null `fn` restores the default, which writes "error: text" and "warning: text" to
+// standard error (debug lines only where the environment has NG_DEBUG).
+void ng_log_set_sink(ng_log_fn fn, void *user);
+
+void ng_log(enum ng_log_level level, const char *fmt, ...) NG_PRINTF(2, 3);
+#define ng_log_debug(...) ng_log(NG_LOG_DEBUG, __VA_ARGS__)
+#define ng_log_info(...)  ng_log(NG_LOG_INFO, __VA_ARGS__)
+#define ng_log_warn(...)  ng_log(NG_LOG_WARN, __VA_ARGS__)
+#define ng_log_error(...) ng_log(NG_LOG_ERROR, __VA_ARGS__)
+
+#endif

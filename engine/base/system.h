@@ -1,0 +1,19 @@
+// What the engine asks of the operating system besides files and threads.
+#ifndef NG_BASE_SYSTEM_H
+#define NG_BASE_SYSTEM_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+// Nanoseconds of a clock that never goes back; differences only.
+uint64_t ng_clock_ns(void);
+// CPU time of the calling process in nanoseconds, all threads.
+uint64_t ng_clock_cpu_ns(void);
+// Processors this process may run on, at least 1.
+uint32_t ng_system_processors(void);
+// Largest resident set of this process so far, in bytes.
+uint64_t ng_system_peak_memory(void);
+// True if standard error is a terminal (progress bars).
+bool ng_system_stderr_is_terminal(void);
+
+#endif

@@ -1,0 +1,169 @@
+// The base library: what the rest of the engine relies on without looking.
+#include "test.h"
+
+#include "base/arena.h"
+#include "base/array.h"
+#include "base/file.h"
+#include "base/jobs.h"
+#include "base/log.h"
+#include "base/pool.h"
+#include "base/rng.h"
+
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void arena_reuses_its_blocks(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_arena a = {0};
+    for (int round = 0; round < 3; round++) {
+        struct ng_arena_block *first = a.first;
+        for (size_t i = 1; i < 2000; i++) {
+            unsigned char *p = ng_arena_alloc(&a, i);
+            assert_non_null(p);
+            assert_int_equal((uintptr_t)p % 16, 0);
+            for (size_t k = 0; k < i; k++)
+                assert_int_equal(p[k], 0);
+            memset(p, 0xff, i);
+        }
+        if (round)
+            assert_ptr_equal(a.first, first);
+        ng_arena_reset(&a);
+    }
+    assert_null(ng_arena_array(&a, SIZE_MAX / 2, 4));
+    a.limit = 64;
+    assert_non_null(ng_arena_alloc(&a, 64));
+    assert_null(ng_arena_alloc(&a, 1));
+    ng_arena_finish(&a);
+}
+
+static void pool_finds_stale_handles(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_pool p = {0};
+    uint32_t a = ng_pool_acquire(&p), b = ng_pool_acquire(&p);
+    assert_true(ng_pool_has(&p, a) && ng_pool_has(&p, b) && a != b);
+    assert_true(ng_pool_release(&p, a));
+    assert_false(ng_pool_release(&p, a));
+    uint32_t c = ng_pool_acquire(&p);
+    assert_int_equal(ng_pool_slot(c), ng_pool_slot(a));
+    assert_false(ng_pool_has(&p, a));
+    assert_true(ng_pool_has(&p, c));
+    // No handle is ever given twice, even after all generations of a slot.
+    for (int i = 0; i < 10000; i++) {
+        assert_int_not_equal(c, a);
+        ng_pool_release(&p, c);
+        assert_false(ng_pool_has(&p, c));
+        c = ng_pool_acquire(&p);
+    }
+    assert_false(ng_pool_has(&p, a));
+    ng_pool_finish(&p);
+}
+
+struct sum {
+    atomic_uint hits[5000];
+    atomic_uint workers_seen;
+};
+
+static void count_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    struct sum *s = user;
+    atomic_fetch_or(&s->workers_seen, 1u << worker);
+    for (uint32_t i = begin; i < end; i++)
+        atomic_fetch_add(&s->hits[i], 1);
+}
+
+static void jobs_run_each_item_once(void **state)
+{
+    NG_UNUSED(state);
+    static struct sum s;
+    for (uint32_t threads = 1; threads <= 4; threads++) {
+        struct ng_jobs *jobs = NULL;
+        assert_int_equal(ng_jobs_create(&(struct ng_jobs_params){.threads = threads}, &jobs), NG_OK);
+        for (uint32_t grain = 1; grain < 6000; grain = grain * 3 + 1) {
+            memset(&s, 0, sizeof s);
+            ng_jobs_for(jobs, 5000, grain, count_hits, &s);
+            for (int i = 0; i < 5000; i++)
+                assert_int_equal(s.hits[i], 1);
+            assert_true(s.workers_seen < 1u << threads);
+        }
+        ng_jobs_destroy(&jobs);
+        assert_null(jobs);
+    }
+}
+
+static void file_write_is_atomic_and_errors_name_the_file(void **state)
+{
+    NG_UNUSED(state);
+    char path[512];
+    test_path(path, sizeof path, "a.bin");
+    assert_int_equal(ng_file_write(path, "hello", 5), NG_OK);
+    void *data;
+    size_t size;
+    assert_int_equal(ng_file_read(path, 0, &data, &size), NG_OK);
+    assert_int_equal(size, 5);
+    assert_memory_equal(data, "hello", 6);
+    free(data);
+
+    struct test_log log;
+    test_log_begin(&log);
+    assert_int_equal(ng_file_read(path, 4, &data, &size), NG_ERROR_MEMORY);
+    assert_non_null(strstr(log.text, "a.bin"));
+    assert_int_equal(ng_file_read("/no/such/file", 0, &data, &size), NG_ERROR_NOT_FOUND);
+    assert_non_null(strstr(log.text, "/no/such/file"));
+    assert_int_equal(ng_file_read(".", 0, &data, &size), NG_ERROR_IO);
+    assert_int_equal(ng_file_write("/dev/full/x", "x", 1), NG_ERROR_IO);
+    assert_int_equal(ng_file_write("/no/such/dir/x", "x", 1), NG_ERROR_NOT_FOUND);
+    test_log_end(&log);
+    assert_int_equal(log.errors, 5);
+}
+
+static void paths(void **state)
+{
+    NG_UNUSED(state);
+    char out[16];
+    assert_true(ng_path_beside("a/b.gltf", "c.bin", out, sizeof out));
+    assert_string_equal(out, "a/c.bin");
+    assert_true(ng_path_beside("b.gltf", "c.bin", out, sizeof out));
+    assert_string_equal(out, "c.bin");
+    assert_true(ng_path_beside("a/b.gltf", "/c.bin", out, sizeof out));
+    assert_string_equal(out, "/c.bin");
+    assert_false(ng_path_beside("a/b.gltf", "a-rather-long-name", out, sizeof out));
+    assert_string_equal(ng_path_extension("a.b/c"), "");
+    assert_string_equal(ng_path_extension("a/b.x.exr"), "exr");
+    assert_string_equal(ng_path_extension("a/.hidden"), "");
+}
+
+static void rng_is_fixed_and_uniform(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_rng r = ng_rng_make(1, 2), same = ng_rng_make(1, 2), other = ng_rng_make(1, 3);
+    double mean = 0;
+    int differ = 0;
+    for (int i = 0; i < 100000; i++) {
+        float x = ng_rng_float(&r);
+        assert_true(x >= 0.0f && x < 1.0f);
+        assert_true(x == ng_rng_float(&same));
+        differ += x != ng_rng_float(&other);
+        mean += x / 1e5;
+    }
+    assert_true(mean > 0.495 && mean < 0.505);
+    assert_true(differ > 99000);
+    for (int i = 0; i < 1000; i++)
+        assert_true(ng_rng_below(&r, 7) < 7);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(arena_reuses_its_blocks),
+        cmocka_unit_test(pool_finds_stale_handles),
+        cmocka_unit_test(jobs_run_each_item_once),
+        cmocka_unit_test(file_write_is_atomic_and_errors_name_the_file),
+        cmocka_unit_test(paths),
+        cmocka_unit_test(rng_is_fixed_and_uniform),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

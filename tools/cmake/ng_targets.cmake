@@ -1,0 +1,44 @@
+# The four kinds of target in this project. One line in a folder's CMakeLists.txt declares each.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+
+# ng_library(NAME SOURCES a.c b.cc ... [DEPS lib ...] [PRIVATE lib ...])
+# A static library whose headers are included as "folder/header.h" from engine/ (or "lightformer/...").
+function(ng_library name)
+  cmake_parse_arguments(A "" "" "SOURCES;DEPS;PRIVATE" ${ARGN})
+  add_library(${name} STATIC ${A_SOURCES})
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR}/engine ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC ${A_DEPS} PRIVATE ${A_PRIVATE} m)
+endfunction()
+
+# ng_program(NAME SOURCES ... DEPS ...): an executable in build/<preset>/bin.
+function(ng_program name)
+  cmake_parse_arguments(A "" "" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name} ${A_SOURCES})
+  target_link_libraries(${name} PRIVATE ${A_DEPS} m)
+endfunction()
+
+# ng_test(NAME SOURCES ... DEPS ... [LABELS unit|gpu|image|...] [ARGS ...] [TIMEOUT s])
+# A cmocka program run by CTest from the source directory, in a scratch directory of its own (NG_TEST_DIR).
+function(ng_test name)
+  cmake_parse_arguments(A "" "TIMEOUT" "SOURCES;DEPS;LABELS;ARGS" ${ARGN})
+  if(NOT A_TIMEOUT)
+    set(A_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${A_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  target_link_libraries(${name} PRIVATE ${A_DEPS} PkgConfig::cmocka m)
+  add_test(NAME ${name} COMMAND ${name} ${A_ARGS} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+  file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/scratch/${name})
+  set_tests_properties(${name} PROPERTIES LABELS "${A_LABELS}" TIMEOUT ${A_TIMEOUT}
+    ENVIRONMENT "NG_TEST_DIR=${CMAKE_BINARY_DIR}/scratch/${name};${NG_TEST_ENVIRONMENT}")
+endfunction()
+
+pkg_check_modules(cmocka REQUIRED IMPORTED_TARGET cmocka)
+
+# LeakSanitizer: the driver and LLVM keep memory until the process ends; that is theirs.
+set(NG_TEST_ENVIRONMENT
+  "LSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/lsan.supp:print_suppressions=0"
+  "ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=0"
+  "UBSAN_OPTIONS=print_stacktrace=1")
