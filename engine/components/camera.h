@@ -1,0 +1,14 @@
+// A pinhole camera at its entity's placement, looking along -Z with +Y up.
+#ifndef NG_COMPONENTS_CAMERA_H
+#define NG_COMPONENTS_CAMERA_H
+
+#include "scene/component.h"
+
+// Reverse-Z, infinite far plane. The aspect ratio is the picture's.
+struct ng_camera {
+    float fov_y;      // vertical field of view, radians
+    float near_plane; // metres
+    float exposure;   // factor on radiance before the tone map
+};
+
+#endif

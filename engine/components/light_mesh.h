@@ -1,0 +1,15 @@
+// Makes the emissive mesh of its entity a light: radiance = material emissive * strength * texture, times
+// colour. One-sided unless the material is double sided. Emission without this component is seen but lights
+// nothing.
+#ifndef NG_COMPONENTS_LIGHT_MESH_H
+#define NG_COMPONENTS_LIGHT_MESH_H
+
+#include "scene/component.h"
+
+struct ng_light_mesh {
+    bool on;
+    float color[3]; // linear
+    float scale;    // on the material's emission
+};
+
+#endif

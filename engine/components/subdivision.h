@@ -1,0 +1,15 @@
+// Makes the geometry's cage a Catmull-Clark surface, refined to a level. Without a cage the triangles are the
+// cage.
+#ifndef NG_COMPONENTS_SUBDIVISION_H
+#define NG_COMPONENTS_SUBDIVISION_H
+
+#include "scene/component.h"
+
+enum ng_subdivision_boundary { NG_BOUNDARY_EDGE_ONLY, NG_BOUNDARY_EDGE_AND_CORNER };
+
+struct ng_subdivision {
+    uint32_t level;    // 0 to 6: each level quadruples the faces
+    uint32_t boundary; // enum ng_subdivision_boundary
+};
+
+#endif

@@ -1,0 +1,94 @@
+// A frame of the scene as plain data: the one bridge from the world to the renderers.
+//
+// render/extract.h makes it; the Vulkan passes and the path tracer read only this. All arrays belong to the
+// snapshot and stay valid until the next extraction into it. Nothing in here refers to the world except ids.
+#ifndef NG_RENDER_SNAPSHOT_H
+#define NG_RENDER_SNAPSHOT_H
+
+#include "light/light.h"
+#include "scene/entity.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define NG_NONE UINT32_MAX
+
+// Triangles in memory. Static ones are in object space and keep their revision; dynamic ones (skinned) are
+// in world space and change every frame that they move.
+struct ng_snapshot_mesh {
+    uint64_t key; // identity of the buffers: the same key and revision mean the same content
+    uint64_t revision;
+    bool dynamic; // vertices are rewritten when the revision changes, topology is not
+    uint32_t vertex_count, index_count;
+    const float *positions;          // [vertex_count][3]
+    const float *previous_positions; // dynamic only: last frame's, for motion; else null
+    const float *normals;            // [vertex_count][3]
+    const float *tangents;           // [vertex_count][4]
+    const float *uvs;                // [vertex_count][2]
+    const uint32_t *indices;         // [index_count]
+    float bounds_min[3], bounds_max[3];
+};
+
+enum {
+    NG_INSTANCE_DOUBLE_SIDED = 1,
+    NG_INSTANCE_MIRRORED = 2, // negative determinant: front faces are clockwise
+    NG_INSTANCE_MASKED = 4,   // alpha mask
+    NG_INSTANCE_MOVED = 8,    // placement, geometry or material differ from the last extraction
+};
+
+struct ng_snapshot_instance {
+    ng_entity entity;
+    uint32_t mesh, material; // indices into the snapshot
+    uint32_t light;          // index of the light whose emitter this is, or NG_NONE
+    uint32_t flags;
+    float matrix[12];                   // 3x4 row-major, object to world; identity for dynamic meshes
+    float previous_matrix[12];          // last frame's
+    float bounds_min[3], bounds_max[3]; // world space
+};
+
+struct ng_snapshot_image {
+    uint64_t key; // identity, as for meshes; images do not change
+    const struct ng_image *image;
+};
+
+struct ng_snapshot_material {
+    ng_entity entity;
+    float base_color[3], metallic, roughness;
+    float emission[3]; // radiance, W/(sr m2): what the surface shows and, for emitters, emits
+    float normal_scale, alpha, alpha_cutoff;
+    bool double_sided, alpha_mask;
+    // Indices of snapshot images, or NG_NONE.
+    uint32_t base_color_image, metallic_roughness_image, normal_image, emissive_image;
+};
+
+struct ng_snapshot_camera {
+    ng_entity entity;
+    float view[16], previous_view[16]; // world to camera, column-major
+    float position[3];
+    float fov_y, near_plane, exposure;
+};
+
+struct ng_snapshot_light {
+    ng_entity entity;
+    char name[NG_TEXT_SIZE];
+    struct ng_light_source source; // light/light.h: type and everything its functions need, plain data
+    float power;                   // Phi of conventions, W
+    uint64_t version;              // of the source: the same version means the same light
+};
+
+struct ng_snapshot {
+    double time; // seconds
+    uint64_t frame;
+    struct ng_snapshot_camera camera;
+    float scene_center[3], scene_radius;
+    uint32_t mesh_count, instance_count, image_count, material_count, light_count;
+    struct ng_snapshot_mesh *meshes;
+    struct ng_snapshot_instance *instances;
+    struct ng_snapshot_image *images;
+    struct ng_snapshot_material *materials;
+    struct ng_snapshot_light *lights;
+    uint32_t environment;      // index of the light that is visible behind everything, or NG_NONE
+    uint64_t geometry_version; // changes when any instance moved, appeared, vanished or changed its surface
+};
+
+#endif
