@@ -41,8 +41,9 @@ struct ng_snapshot_instance {
     uint32_t mesh, material; // indices into the snapshot
     uint32_t light;          // index of the light whose emitter this is, or NG_NONE
     uint32_t flags;
-    float matrix[12];                   // 3x4 row-major, object to world; identity for dynamic meshes
-    float previous_matrix[12];          // last frame's
+    uint64_t version;          // changes when placement, geometry or material do: what a cached view compares
+    float matrix[12];          // 3x4 row-major, object to world; identity for dynamic meshes
+    float previous_matrix[12]; // last frame's
     float bounds_min[3], bounds_max[3]; // world space
 };
 
