@@ -1,55 +1,154 @@
 // Lights as plain mathematics: power, sampling, direct VPLs, proxy and shadow views, one file a light type.
 //
-// Everything about a light type is NAME.c in this folder plus its component in engine/components; the build
-// finds both. To add a light type, copy spot.c (delta) or disk.c (area) and its component.
+// Everything about a light type is types/NAME.c in this folder plus its component light_NAME in
+// engine/components; the build finds both. To add a light type, copy types/spot.c (a delta light) or
+// types/disk.c (an area light) and their components.
 //
 // Units (engine/README.md): point and spot W/sr, directional W/m2, area and environment W/(sr m2), power W.
-// All positions and directions here are in world space. Functions are pure and thread-safe.
+// Colours are linear Rec. 709; where one number is wanted it is the mean of the three (ng_light_mean).
+// All positions and directions here are in world space. Functions are pure and thread-safe; only
+// ng_light_prepare and ng_light_finish write to a source.
+//
+// A light that emits nothing, has no surface, or whose numbers are not finite is "dark": power 0, samples
+// with zero radiance and pdf 0, never a NaN.
 #ifndef NG_LIGHT_LIGHT_H
 #define NG_LIGHT_LIGHT_H
 
 #include "base/result.h"
 #include "scene/component.h"
 
-struct ng_image; // asset/assets.h
-
 #define NG_LIGHT_PARAMS_SIZE 64
+#define NG_PI                3.14159265358979323846f
 
-// A light of a frame. `params` is a copy of the component, whatever its type.
+// Texels that a light emits: RGBA, row 0 at the top, borrowed. Lookups are bilinear.
+enum ng_light_texel { NG_LIGHT_TEXEL_UNORM8, NG_LIGHT_TEXEL_SRGB8, NG_LIGHT_TEXEL_FLOAT32 };
+
+struct ng_light_image {
+    uint32_t width, height; // 0: no image, white
+    enum ng_light_texel format;
+    bool repeat_u, repeat_v; // else clamp to edge
+    const void *pixels;      // [height][width][4]
+};
+
+struct ng_light_type;
+struct ng_light_tables; // importance distribution, light_internal.h
+
+// A light of a frame. `params` is a copy of the component, whatever its type. Zero it, fill it, prepare it.
 struct ng_light_source {
     const struct ng_light_type *type;
     _Alignas(8) unsigned char params[NG_LIGHT_PARAMS_SIZE];
     float matrix[16]; // placement, column-major
     float scene_center[3], scene_radius;
-    // Textured emission or environment map; a mesh light's emissive texture. Null: none.
-    const struct ng_image *image;
-    // Mesh lights: the emitter in world space and its material.
+    struct ng_light_image image; // rectangle's texture, environment's map, or the mesh's emissive texture
+    // Mesh lights only: the emitter in world space and its material.
     uint32_t triangle_count;
-    const float *triangles;    // [triangle_count][3][3]
-    const float *triangle_uvs; // [triangle_count][3][2]
+    const float *triangles;    // [triangle_count][3][3], counter-clockwise is the emitting side
+    const float *triangle_uvs; // [triangle_count][3][2], or null
     float emission[3];         // material's radiance before the texture
-    bool double_sided;
-    // Importance distribution built by type->prepare (tables of texels, triangle areas); owned by the source.
-    void *distribution;
+    bool double_sided;         // emits from both sides; power counts both
+    // Made by ng_light_prepare, freed by ng_light_finish. Copies of the source share them.
+    struct ng_light_tables *tables;
 };
 
-// A sample of a light's emission: a direct VPL (paper 4.1), or a point that a path connects to.
+// A point of a light that was chosen by its importance: a direct VPL (paper 4.1), or what a path connects to.
 struct ng_light_sample {
-    float position[3]; // delta-direction and environment lights: scene centre - direction * 2 radii
-    float normal[3];   // of the emitter, the side that emits; directional: travel direction; point: zero
-    float radiance[3]; // area, environment: L; point, spot: intensity (W/sr); directional: irradiance
-    float pdf;         // density of the sample by area (m^-2), solid angle (environment, sr^-1), or 1 (delta)
+    float position[3]; // directional and environment: scene centre - travel direction * 2 radii
+    float normal[3];   // area: the side that emits; directional, environment: travel direction; spot: axis;
+                       // point: zero
+    float radiance[3]; // area, environment: L; point, spot (on its axis): intensity (W/sr); directional:
+                       // irradiance
+    float pdf;         // by area (m^-2), by solid angle (environment, sr^-1), 1 for delta lights; 0: dark
+    float power[3];    // W: its mean over samples is the light's power, so a VPL of n carries power / n
+};
+
+// What a sample gives to a receiver. Outgoing radiance of the receiver is estimated by
+// brdf * max(0, dot(n, direction)) * irradiance; "irradiance" is that of a surface facing `direction`.
+struct ng_light_incident {
+    float direction[3]; // unit, from the receiver to the light
+    float distance;     // metres, where an occluder must be nearer; INFINITY for directional, environment
+    float irradiance[3];
+    float pdf; // of this direction by solid angle, for multiple importance sampling; 0 for delta lights
+};
+
+// Where a ray met an emitter, to weigh a path that found it by chance.
+struct ng_light_hit {
+    float position[3];
+    float direction[3];   // unit, from the receiver towards the emitter
+    float distance;       // from the receiver
+    uint32_t triangle;    // mesh lights
+    float barycentric[2]; // mesh lights: weights of the triangle's vertices 1 and 2
 };
 
 enum ng_light_views { NG_VIEWS_CUBE, NG_VIEWS_SINGLE_PERSPECTIVE, NG_VIEWS_SINGLE_ORTHOGRAPHIC };
 
+// Where the light's surroundings are observed from (its reflective shadow map).
 struct ng_light_proxy {
     float position[3];
-    float direction[3]; // look direction of single views
-    float up[3];
+    float direction[3]; // look direction of single views; the main one of cubes
+    float up[3];        // unit, perpendicular to direction
     enum ng_light_views views;
     float fov;    // single perspective: full angle, radians
     float extent; // single orthographic: half width, metres
 };
+
+// One light type. Every function but `prepare` is required; `s` is always prepared and not dark, except in
+// `prepare` and `power`. Call them through the ng_light_* functions below.
+struct ng_light_type {
+    const char *name;       // "point"; the component is "light_point"
+    ng_component component; // its id
+    bool delta;             // no extent: never met by a ray
+    bool infinite;          // directional, environment: no place in the scene
+
+    // Builds s->tables; null for types whose samples need none.
+    ng_result (*prepare)(struct ng_light_source *s);
+    // Phi of conventions (engine/README.md), for each channel.
+    void (*power)(const struct ng_light_source *s, float rgb[3]);
+    // u in [0, 1)^2.
+    void (*sample)(const struct ng_light_source *s, const float u[2], struct ng_light_sample *out);
+    // Density of `sample` at a hit, in the sample's own measure.
+    float (*pdf)(const struct ng_light_source *s, const struct ng_light_hit *hit);
+    // What leaves a sampled point towards a unit direction: radiance, or intensity for point and spot.
+    void (*emitted)(const struct ng_light_source *s, const struct ng_light_sample *from,
+                    const float toward[3], float rgb[3]);
+    // What a ray that met the emitter (or, for environments, nothing) sees.
+    void (*seen)(const struct ng_light_source *s, const struct ng_light_hit *hit, float rgb[3]);
+    void (*proxy)(const struct ng_light_source *s, struct ng_light_proxy *out);
+};
+
+// All types in alphabetical order; null at the end.
+extern const struct ng_light_type *const ng_light_types[];
+// The type whose component this is, or null.
+const struct ng_light_type *ng_light_type_of(ng_component component);
+
+// Builds or rebuilds the importance distribution; call after any change of image, triangles or emission
+// (other changes do not need it). Memory is reused. On error (memory, logged) the light is dark.
+NG_NODISCARD ng_result ng_light_prepare(struct ng_light_source *s);
+// Frees the tables; accepts a zero source.
+void ng_light_finish(struct ng_light_source *s);
+
+// The mean of the three channels: the scalar of colours throughout this folder.
+float ng_light_mean(const float rgb[3]);
+void ng_light_power_rgb(const struct ng_light_source *s, float rgb[3]);
+// Phi: the mean of the channels' powers; 0 if dark.
+float ng_light_power(const struct ng_light_source *s);
+
+void ng_light_sample_at(const struct ng_light_source *s, const float u[2], struct ng_light_sample *out);
+void ng_light_incident_at(const struct ng_light_source *s, const struct ng_light_sample *sample,
+                          const float receiver[3], struct ng_light_incident *out);
+// Solid-angle density with which ng_light_sample_at + ng_light_incident_at would have found this hit.
+float ng_light_pdf_at(const struct ng_light_source *s, const struct ng_light_hit *hit);
+void ng_light_seen_at(const struct ng_light_source *s, const struct ng_light_hit *hit, float rgb[3]);
+void ng_light_proxy_of(const struct ng_light_source *s, struct ng_light_proxy *out);
+
+// Direct VPLs: the first `count` points of one fixed low-discrepancy set (Sobol' 1967, dimensions 1 and 2),
+// the same for all lights and frames, mapped through the light's importance distribution. An unchanged light
+// gives the same bytes.
+void ng_light_vpls(const struct ng_light_source *s, uint32_t count, struct ng_light_sample *out);
+// Point i of that set, in (0, 1)^2.
+void ng_light_vpl_point(uint32_t i, float u[2]);
+
+// Irradiance of a surface at `position` with unit `normal`, from `count` VPLs, nothing in between.
+void ng_light_irradiance(const struct ng_light_source *s, uint32_t count, const float position[3],
+                         const float normal[3], float rgb[3]);
 
 #endif

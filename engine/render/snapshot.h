@@ -1,7 +1,9 @@
 // A frame of the scene as plain data: the one bridge from the world to the renderers.
 //
 // render/extract.h makes it; the Vulkan passes and the path tracer read only this. All arrays belong to the
-// snapshot and stay valid until the next extraction into it. Nothing in here refers to the world except ids.
+// extractor and stay valid until its next extraction. Nothing in here refers to the world except ids.
+// The surfaces of area lights (rectangle, disk, sphere) are instances like all others, with a material that
+// carries the light's emission and albedo.
 #ifndef NG_RENDER_SNAPSHOT_H
 #define NG_RENDER_SNAPSHOT_H
 
@@ -72,7 +74,8 @@ struct ng_snapshot_camera {
 struct ng_snapshot_light {
     ng_entity entity;
     char name[NG_TEXT_SIZE];
-    struct ng_light_source source; // light/light.h: type and everything its functions need, plain data
+    struct ng_light_source source; // light/light.h: type and everything its functions need, prepared
+    uint32_t image;                // of the environment's map in the snapshot's images, or NG_NONE
     float power;                   // Phi of conventions, W
     uint64_t version;              // of the source: the same version means the same light
 };

@@ -1,0 +1,43 @@
+// Extraction: the world at a moment in time -> one snapshot (render/snapshot.h), the only bridge from the
+// scene to what draws it.
+//
+// An extraction samples all playing animations into the world, brings placements up to date, skins and
+// subdivides, and lists instances, materials, images and lights. What has not changed since the previous
+// extraction is kept, not made again (change ticks of the world); buffers only grow, so the steady state
+// allocates nothing.
+//
+// An extractor belongs to one world and one asset store and remembers the previous extraction (motion,
+// versions). It uses its own memory only, but writes animated fields and placements to the world, so nobody
+// else may use the world meanwhile. Results do not depend on the number of threads.
+#ifndef NG_RENDER_EXTRACT_H
+#define NG_RENDER_EXTRACT_H
+
+#include "render/snapshot.h"
+
+struct ng_assets;
+struct ng_extractor;
+struct ng_jobs;
+struct ng_world;
+
+struct ng_extract_params {
+    struct ng_world *world;         // required, always the same one
+    const struct ng_assets *assets; // required, always the same one
+    struct ng_jobs *jobs;           // null: this thread only
+    double time;                    // seconds
+    const char *camera;             // name of the camera's entity; null or "": the first camera of the world
+    bool keep_pose;                 // do not sample animations: the world's fields are as someone set them
+    bool still;                     // no motion: previous matrices and positions are the current ones (first
+                                    // frame, jump in time)
+};
+
+NG_NODISCARD ng_result ng_extractor_create(struct ng_extractor **out);
+void ng_extractor_destroy(struct ng_extractor **x);
+
+// `*out` and everything in it belong to the extractor and are valid until its next extraction. Errors,
+// logged: NG_ERROR_NOT_FOUND (no camera of that name; a world without any camera gets a default view of the
+// scene), NG_ERROR_MEMORY. Things that only degrade the picture (missing geometry, an emitter without a
+// light, ...) warn once an entity and go on.
+NG_NODISCARD ng_result ng_extract(struct ng_extractor *x, const struct ng_extract_params *p,
+                                  const struct ng_snapshot **out);
+
+#endif
