@@ -1,6 +1,7 @@
 # The four kinds of target in this project. One line in a folder's CMakeLists.txt declares each.
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
+include(ng_shaders)
 
 # ng_library(NAME SOURCES a.c b.cc ... [DEPS lib ...] [PRIVATE lib ...])
 # A static library whose headers are included as "folder/header.h" from engine/ (or "lightformer/...").
