@@ -12,8 +12,8 @@
 
 #include <stddef.h>
 
-// A Catmull-Clark control cage. Vertices are the cage's own; `vertex_map` ties them to the geometry's
-// triangulated fallback (for skinning and for cages that share the fallback's attributes).
+// A Catmull-Clark control cage. Its vertices are its own; `vertex_map` ties them to those of the geometry's
+// triangulated fallback, which is where a skinned cage finds its joints and weights.
 struct ng_cage {
     uint32_t vertex_count, face_count, index_count, crease_count, corner_count;
     float *positions;        // [vertex_count][3]
@@ -24,6 +24,7 @@ struct ng_cage {
     float *crease_sharpness; // [crease_count], 0 to 10 (10: infinitely sharp)
     uint32_t *corners;       // [corner_count] vertices
     float *corner_sharpness; // [corner_count]
+    uint32_t *vertex_map;    // [vertex_count] vertices of the geometry, or null
 };
 
 // Triangles with per-vertex attributes: what a mesh component refers to.
@@ -75,6 +76,9 @@ const struct ng_image *ng_assets_image(const struct ng_assets *a, ng_asset id);
 const struct ng_skeleton *ng_assets_skeleton(const struct ng_assets *a, ng_asset id);
 const struct ng_clip *ng_assets_clip(const struct ng_assets *a, ng_asset id);
 const char *ng_assets_name(const struct ng_assets *a, ng_asset id);
+
+// Destroys an asset; false if the id is stale. Whatever refers to it finds null from then on.
+bool ng_assets_remove(struct ng_assets *a, ng_asset id);
 
 // All assets of a kind, in the order of adding: start with {0}; returns {0} at the end.
 ng_asset ng_assets_next(const struct ng_assets *a, enum ng_asset_kind kind, ng_asset previous);

@@ -1,0 +1,48 @@
+// glTF 2.0 and GLB into entities and assets.
+//
+// Nothing in a file is trusted: every index, offset, count, stride and length is checked before it is used,
+// and what a file can make us allocate is bounded by ng_gltf_params. The vendor extension NG_scene
+// (README.md) carries what the standard lacks. Source: glTF 2.0 specification, Khronos, 2021.
+#ifndef NG_ASSET_GLTF_H
+#define NG_ASSET_GLTF_H
+
+#include "base/result.h"
+#include "scene/entity.h"
+
+struct ng_assets;
+struct ng_world;
+
+// Limits on what a file may ask for. Zero members take the default.
+struct ng_gltf_params {
+    uint64_t max_file_size;  // bytes of any one file; 1 GiB
+    uint64_t max_memory;     // bytes of decoded geometry, images, clips, ... in all; 2 GiB
+    uint32_t max_entities;   // nodes, primitives, materials and clips together; 262,144
+    uint32_t max_joints;     // of one skin; 4,096
+    uint32_t max_image_side; // pixels, width or height; 16,384
+};
+
+// What was loaded. All entities are descendants of `root`; destroying it removes them.
+struct ng_gltf_scene {
+    ng_entity root;   // named after the file's scene; holds the scene_scale component
+    ng_entity camera; // the first camera of the file, or the default one that frames the scene
+    uint32_t entity_count, primitive_count, material_count, light_count, clip_count, skin_count;
+    uint32_t image_count;
+    uint64_t triangle_count; // of the fallback meshes, before subdivision
+    float duration;          // of the longest clip, seconds; 0: nothing is animated
+};
+
+// Adds the file's default scene to a world whose components are the engine's (ng_components_register).
+//
+// Nodes become entities with name, transform and placement; primitives get a mesh component (on the node if
+// there is one primitive, else on children); materials become entities; each animation becomes a clip and an
+// entity with an animation component (all of them play). Files named by the document lie in its directory or
+// below; absolute paths, ".." and network addresses are refused.
+//
+// On failure one line was logged (file, where, which rule), nothing is left behind in either the world or the
+// store, and `*out` is zero. NG_ERROR_FORMAT: the file breaks a rule; NG_ERROR_UNSUPPORTED: valid but needs
+// something that is not there; NG_ERROR_MEMORY: over a limit of `params` or out of memory;
+// NG_ERROR_NOT_FOUND, NG_ERROR_IO: a file could not be read.
+NG_NODISCARD ng_result ng_gltf_load(const char *path, struct ng_world *world, struct ng_assets *assets,
+                                    const struct ng_gltf_params *params, struct ng_gltf_scene *out);
+
+#endif
