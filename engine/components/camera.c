@@ -5,7 +5,8 @@ static const struct ng_camera defaults = {.fov_y = 0.7f, .near_plane = 0.01f, .e
 static const struct ng_field fields[] = {
     NG_FIELD(struct ng_camera, fov_y, NG_FIELD_F32, "rad", 0.01f, 3.1f, "vertical field of view"),
     NG_FIELD(struct ng_camera, near_plane, NG_FIELD_F32, "m", 1e-5f, 1e5f, "distance of the near plane"),
-    NG_FIELD(struct ng_camera, exposure, NG_FIELD_F32, "", 0.0f, 1e9f, "factor on radiance before the tone map"),
+    NG_FIELD(struct ng_camera, exposure, NG_FIELD_F32, "", 0.0f, 1e9f,
+             "factor on radiance before the tone map"),
 };
 
 const struct ng_component_desc ng_camera_component = {

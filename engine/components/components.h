@@ -10,9 +10,21 @@
 
 struct ng_world;
 
-// Generated from the file names: NG_COMPONENT_LIST(X) expands X(NAME, name) for each component, and the ids
-// NG_COMPONENT_ID_<NAME> = 0, 1, ... in alphabetical order. Example: NG_CAMERA.
+// Generated from the file names, in alphabetical order: NG_COMPONENT_LIST(X) expands X(NAME, name) for each.
 #include "components/list.inc"
+
+// The ids: NG_ANIMATION, NG_CAMERA, ...
+enum ng_component_id {
+#define X(NAME, name) NG_##NAME,
+    NG_COMPONENT_LIST(X)
+#undef X
+        NG_COMPONENT_COUNT
+};
+
+// The descriptions: ng_animation_component, ng_camera_component, ...
+#define X(NAME, name) extern const struct ng_component_desc ng_##name##_component;
+NG_COMPONENT_LIST(X)
+#undef X
 
 // Registers all of the engine's components; the world must have none yet, so that ids are these.
 NG_NODISCARD ng_result ng_components_register(struct ng_world *world);

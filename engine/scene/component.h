@@ -26,7 +26,8 @@ enum ng_field_type {
     NG_FIELD_ASSET,  // ng_asset
 };
 
-#define NG_TEXT_SIZE 64
+#define NG_TEXT_SIZE   64
+#define NG_REASON_SIZE 96
 
 struct ng_field {
     const char *name;
@@ -64,7 +65,22 @@ typedef uint32_t ng_component;
         .min = (min_), .max = (max_), .doc = (doc_)                                                          \
     }
 
+// The same for an NG_FIELD_ENUM; `choices_` ends with null.
+#define NG_FIELD_CHOICE(type_, member_, choices_, doc_)                                                      \
+    {                                                                                                        \
+        .name = #member_, .type = NG_FIELD_ENUM, .offset = (uint32_t)offsetof(type_, member_), .unit = "",   \
+        .choices = (choices_), .doc = (doc_)                                                                 \
+    }
+
 // Bytes of one field of this type.
 uint32_t ng_field_size(enum ng_field_type type);
+// "f32", "vec3", ...: the type as people read it.
+const char *ng_field_type_name(enum ng_field_type type);
+// Null if no field has this name.
+const struct ng_field *ng_component_field(const struct ng_component_desc *desc, const char *name);
+// Whether a value may be stored in a field. If not, `reason` (may be null) gets a phrase such as
+// "4.2 is outside 0.01 to 3.1". Finite numbers within min and max, an existing choice, text that ends, a bool
+// that is 0 or 1, a quaternion of unit length (to 1e-3).
+bool ng_field_check(const struct ng_field *field, const void *value, char reason[NG_REASON_SIZE]);
 
 #endif

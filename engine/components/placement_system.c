@@ -1,0 +1,1 @@
+#include "components/placement_system.h"
