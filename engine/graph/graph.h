@@ -1,0 +1,263 @@
+// The render graph: passes say what they use, the graph does the rest.
+//
+// Each frame is declared anew: resources, passes, and one word (graph/use.h) for each use of a resource by a
+// pass. The declaration is compiled to a plan without a device (graph/plan.h), then run on the GPU and, for
+// NG_PASS_CPU, on host threads. In return for the words the graph gives barriers and layouts, load and store
+// operations, lifetimes, memory aliasing, culling, copies between GPU and host, submission, debug labels,
+// CPU and GPU time of each pass, dumps, and readback of any resource by name.
+//
+//     ng_frame_begin(gpu, &cmd);                          // gpu/frame.h
+//     ng_graph_begin(g);
+//     struct ng_graph_ref image = ng_graph_add_image(g, "picture", &(struct ng_graph_image_params){
+//         .format = VK_FORMAT_R16G16B16A16_SFLOAT, .width = 512, .height = 512});
+//     struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){
+//         .name = "draw", .kind = NG_PASS_RASTER, .run = draw, .data = self});
+//     ng_pass_read(pass, vertices, NG_USE_VERTEX);
+//     image = ng_pass_write(pass, image, NG_USE_COLOR);   // later passes use the new version
+//     ng_graph_export(g, image);
+//     result = ng_graph_execute(g, &cmd);
+//     ng_frame_end(gpu, &cmd);
+//
+// Versions: a resource starts at version 0 and each write makes the next one. ng_pass_write returns it; the
+// one given is then stale, and using it again is an error. So the order of passes that share a resource is
+// always the order in which the refs were handed on, and it cannot be got wrong silently.
+//
+// Errors: a mistake in a declaration is logged once, naming pass and resource; from then on the frame is
+// broken, calls return harmless values, and ng_graph_compile returns the error. Nothing needs to be checked
+// between ng_graph_begin and ng_graph_compile.
+//
+// Culling: a pass runs if something that leaves the frame needs it: an export, a readback, a write to an
+// imported, persistent or history resource, or NG_PASS_SIDE_EFFECT.
+//
+// Threads: a graph belongs to one thread. Memory: names and descriptions are copied into the frame; nothing
+// is allocated, neither on the host nor on the device, once the largest frame has been seen.
+#ifndef NG_GRAPH_GRAPH_H
+#define NG_GRAPH_GRAPH_H
+
+#include "base/arena.h"
+#include "base/result.h"
+#include "graph/use.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+struct ng_cmd;
+struct ng_gpu;
+struct ng_gpu_buffer;
+struct ng_gpu_image;
+struct ng_jobs;
+struct ng_graph;
+struct ng_pass;
+struct ng_pass_context;
+
+struct ng_graph_params {
+    struct ng_gpu *gpu;   // borrowed; null: declare, compile and dump only
+    struct ng_jobs *jobs; // borrowed; given to passes; null: they run serially
+    // For tests and hunting bugs; the pictures must not depend on them:
+    bool no_culling;  // run passes that nothing needs
+    bool no_aliasing; // give each resource memory of its own
+    bool no_unified;  // copy buffers to and from CPU passes as if host memory were slow for the GPU
+};
+
+NG_NODISCARD ng_result ng_graph_create(const struct ng_graph_params *params, struct ng_graph **out);
+// Waits until the GPU is done with what the graph owns.
+void ng_graph_destroy(struct ng_graph **graph);
+
+// Opens a frame; outside or inside of a frame of gpu/frame.h. Refs and passes of the last one are void from
+// here on.
+void ng_graph_begin(struct ng_graph *g);
+// Memory that lives until the next ng_graph_begin: for what pass callbacks need. Zeroed; null if there is
+// none.
+void *ng_graph_alloc(struct ng_graph *g, size_t size);
+
+// ---- Resources -----------------------------------------------------------------------------------------
+
+// A version of a resource of this frame. Zero names nothing.
+struct ng_graph_ref {
+    uint64_t id;
+};
+
+// Names are unique within a frame; '/' groups them in dumps: "encode:lamp/rsm/depth".
+struct ng_graph_image_params {
+    VkFormat format;
+    uint32_t width, height;
+    uint32_t layers; // 0: 1
+    uint32_t mips;   // 0: 1
+    bool array;      // seen as an array by shaders even where layers is 1
+    bool cube;       // layers is 6 n; seen by shaders as a cube (n = 1, not `array`) or cube array
+    bool clear;      // starts as clear_value; otherwise its first content is undefined
+    VkClearValue clear_value;
+};
+
+struct ng_graph_buffer_params {
+    uint64_t size; // bytes
+    bool clear;    // starts as clear_word repeated (size a multiple of 4)
+    uint32_t clear_word;
+};
+
+// Transient: lives from its first to its last use within the frame, in memory shared with others.
+struct ng_graph_ref ng_graph_add_image(struct ng_graph *g, const char *name,
+                                       const struct ng_graph_image_params *params);
+struct ng_graph_ref ng_graph_add_buffer(struct ng_graph *g, const char *name,
+                                        const struct ng_graph_buffer_params *params);
+
+// Persistent: owned by the graph under its name, keeps content from frame to frame. A frame may read it
+// without declaring a pass that writes it, so a pass whose inputs did not change is simply not declared.
+// `*valid` (may be null) is set to whether it has content: false when it is new, when its description
+// changed, or when the last pass that should have written it did not run; then a pass must write it, or the
+// clear value is its content. It lives as long as every frame declares it: a frame that leaves it out
+// releases it.
+struct ng_graph_ref ng_graph_persistent_image(struct ng_graph *g, const char *name,
+                                              const struct ng_graph_image_params *params, bool *valid);
+struct ng_graph_ref ng_graph_persistent_buffer(struct ng_graph *g, const char *name,
+                                               const struct ng_graph_buffer_params *params, bool *valid);
+
+// History: what the image or buffer `name` of the same description, declared in this frame by
+// ng_graph_add_image or ng_graph_add_buffer (before or after this call), held at the end of the last frame
+// that wrote it. Read only. When there is none (first frame, changed description) `*valid` is false and the
+// content is the clear value, or zero without one.
+struct ng_graph_ref ng_graph_history_image(struct ng_graph *g, const char *name,
+                                           const struct ng_graph_image_params *params, bool *valid);
+struct ng_graph_ref ng_graph_history_buffer(struct ng_graph *g, const char *name,
+                                            const struct ng_graph_buffer_params *params, bool *valid);
+
+// Imported: owned by someone else, used as it is found and left as it is wanted. Borrowed until the frame has
+// been executed; gpu/frame.h keeps what is destroyed later alive for the GPU. Everything submitted before the
+// frame is visible to it. A null object is for graphs that are only compiled.
+struct ng_graph_import {
+    enum ng_use initial; // last use before the frame, hence its layout; NONE: no content worth keeping
+    enum ng_use final;   // use after the frame; NONE: left as the last pass had it
+};
+struct ng_graph_ref ng_graph_import_image(struct ng_graph *g, const char *name, struct ng_gpu_image *image,
+                                          const struct ng_graph_import *import);
+// CPU passes may use it if it is mapped.
+struct ng_graph_ref ng_graph_import_buffer(struct ng_graph *g, const char *name, struct ng_gpu_buffer *buffer,
+                                           const struct ng_graph_import *import);
+
+// Keeps this version: what it needs is not culled, its memory is not shared after its last use. For resources
+// whose result is fetched by other means than the sinks above.
+void ng_graph_export(struct ng_graph *g, struct ng_graph_ref ref);
+
+// ---- Passes --------------------------------------------------------------------------------------------
+
+// Records commands, or for CPU passes does the work. A failure is the callback's to log; the frame goes on
+// with the next pass, ng_graph_execute returns the first failure, and persistent resources the pass writes
+// count as not valid.
+typedef ng_result (*ng_pass_fn)(const struct ng_pass_context *ctx);
+
+enum {
+    NG_PASS_SIDE_EFFECT = 1, // runs even if nothing needs what it writes
+};
+
+struct ng_pass_params {
+    const char *name; // unique within a frame; '/' groups
+    enum ng_pass_kind kind;
+    ng_pass_fn run;
+    const void *data; // for the callback
+    size_t data_size; // not 0: data is copied into the frame, so that it may be a local variable
+    uint32_t flags;
+    uint32_t width, height; // raster without attachments: render area
+};
+
+// Never null. Runs after passes declared before it, unless ng_pass_after says otherwise.
+struct ng_pass *ng_graph_add_pass(struct ng_graph *g, const struct ng_pass_params *params);
+void ng_pass_read(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use);
+// Returns the version written. Content outside of what the pass writes is kept, except by NG_USE_HOST_WRITE.
+struct ng_graph_ref ng_pass_write(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use);
+
+// Part of an image; counts of 0 mean "all from the base on" when sampled or stored, and for attachments one
+// mip and all layers from the base on.
+struct ng_graph_part {
+    uint32_t mip, mip_count, layer, layer_count;
+};
+void ng_pass_read_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use,
+                       const struct ng_graph_part *part);
+struct ng_graph_ref ng_pass_write_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use,
+                                       const struct ng_graph_part *part);
+// Orders this pass after the pass of that name, which may be declared later, for reasons that no resource
+// shows.
+void ng_pass_after(struct ng_pass *pass, const char *name);
+
+// What a pass callback works with. The getters answer for refs that this pass declared (for writes either the
+// ref given or the ref returned); asking for others is an error that is logged and gives null.
+struct ng_pass_context {
+    struct ng_cmd *cmd;     // gpu/command.h; null in CPU passes
+    uint32_t width, height; // raster: render area; viewport and scissor are set to it
+    struct ng_jobs *jobs;
+    struct ng_gpu *gpu;
+    void *data;             // ng_pass_params
+    uint64_t frame;         // frames executed before this one
+    struct ng_graph *graph; // for the getters below; do not declare in a callback
+    uint32_t step;          // for the getters
+};
+
+// Borrowed for the call; bind as they are. Parts and layouts are for descriptors: ng_pass_view gives the
+// first part that the pass declared of the image, in the image's own type (2D, array, cube; as attachment or
+// storage image: 2D or array); ng_pass_view_part any declared part.
+struct ng_gpu_image *ng_pass_image(const struct ng_pass_context *ctx, struct ng_graph_ref ref);
+VkImageView ng_pass_view(const struct ng_pass_context *ctx, struct ng_graph_ref ref);
+VkImageView ng_pass_view_part(const struct ng_pass_context *ctx, struct ng_graph_ref ref,
+                              const struct ng_graph_part *part);
+VkImageLayout ng_pass_layout(const struct ng_pass_context *ctx, struct ng_graph_ref ref);
+struct ng_gpu_buffer *ng_pass_buffer(const struct ng_pass_context *ctx, struct ng_graph_ref ref);
+
+// A resource in host memory. Images: all layers of mip 0, rows tightly packed, row 0 on top.
+struct ng_graph_memory {
+    void *data; // null: none
+    uint64_t size;
+    VkFormat format; // UNDEFINED for buffers
+    uint32_t width, height, layers;
+    uint64_t row_bytes, layer_bytes;
+};
+// CPU passes only.
+struct ng_graph_memory ng_pass_memory(const struct ng_pass_context *ctx, struct ng_graph_ref ref);
+
+// ---- Frame ---------------------------------------------------------------------------------------------
+
+struct ng_plan;
+
+// Compiles the declaration; the plan (graph/plan.h) lives until the next ng_graph_begin. Needs no device.
+NG_NODISCARD ng_result ng_graph_compile(struct ng_graph *g);
+// Null unless compiled without error.
+const struct ng_plan *ng_graph_plan(const struct ng_graph *g);
+// The first mistake of this frame's declaration, or "".
+const char *ng_graph_error(const struct ng_graph *g);
+
+// Compiles if that is still to do, records into the frame's commands, and runs CPU passes. `*cmd` comes from
+// ng_frame_begin; it is submitted and replaced by a fresh one where a CPU pass waits for the GPU, and remains
+// the caller's to end. Nothing is recorded if the declaration is broken, so that the last good picture can be
+// shown.
+NG_NODISCARD ng_result ng_graph_execute(struct ng_graph *g, struct ng_cmd **cmd);
+
+// Asks for the final content of the resource `name` of the next frame to be executed. It is an export.
+void ng_graph_readback(struct ng_graph *g, const char *name);
+// After ng_frame_end: waits for the last frame executed and returns what ng_graph_readback asked for, valid
+// until the next ng_graph_begin. NG_ERROR_NOT_FOUND, logged, if that frame had no such resource or was not
+// asked.
+NG_NODISCARD ng_result ng_graph_readback_get(struct ng_graph *g, const char *name,
+                                             struct ng_graph_memory *out);
+
+// ---- Figures -------------------------------------------------------------------------------------------
+
+struct ng_pass_stats {
+    const char *name;
+    double cpu_ms; // last run: recording, or for CPU passes the work
+    double gpu_ms; // last run whose result has arrived, a few frames late; 0 for CPU passes
+    uint64_t runs;
+    uint64_t skipped; // declared, but culled
+};
+// One entry per name ever declared, in order of first declaration; borrowed until the next ng_graph_begin.
+const struct ng_pass_stats *ng_graph_stats(const struct ng_graph *g, size_t *count);
+
+struct ng_graph_counters {
+    uint64_t frames;
+    uint64_t objects_created; // images, buffers and memory ranges made so far: constant in the steady state
+    uint64_t memory_bytes;    // device memory held now
+};
+struct ng_graph_counters ng_graph_counters(const struct ng_graph *g);
+
+enum ng_dump { NG_DUMP_TEXT, NG_DUMP_DOT, NG_DUMP_JSON };
+// The compiled plan as text; null if there is none or no memory. From malloc, owned by the caller.
+char *ng_graph_dump(const struct ng_graph *g, enum ng_dump format);
+
+#endif
