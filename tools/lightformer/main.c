@@ -1,0 +1,73 @@
+// The command line of the project: lightformer COMMAND ...
+#include "commands.h"
+
+#include "base/result.h"
+
+#include <assert.h>
+#include <stdio.h>
+#include <string.h>
+
+static const struct cli_command *const commands[] = {
+    &cli_render_command,
+    &cli_view_command,
+    &cli_info_command,
+    &cli_bench_command,
+};
+
+static void print_overview(FILE *out)
+{
+    fputs("usage: lightformer COMMAND ...\n\n", out);
+    for (size_t i = 0; i < NG_COUNT(commands); i++)
+        fprintf(out, "  %-8s %s\n", commands[i]->name, commands[i]->summary);
+    fputs("\nlightformer COMMAND --help tells more. Exit codes: 0 done, 1 bad input or environment, 2 bad "
+          "usage.\n",
+          out);
+}
+
+static const struct cli_command *find_command(const char *name)
+{
+    const char *names[NG_COUNT(commands) + 1] = {0};
+    for (size_t i = 0; i < NG_COUNT(commands); i++) {
+        if (strcmp(commands[i]->name, name) == 0)
+            return commands[i];
+        names[i] = commands[i]->name;
+    }
+    const char *near = cli_nearest(name, names);
+    fprintf(stderr, "lightformer: there is no command \"%s\"", name);
+    if (near)
+        fprintf(stderr, "; did you mean %s?", near);
+    fputs(" (see lightformer --help)\n", stderr);
+    return NULL;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 2) {
+        print_overview(stderr);
+        return CLI_USAGE;
+    }
+    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
+        print_overview(stdout);
+        return CLI_DONE;
+    }
+    if (strcmp(argv[1], "--version") == 0) {
+        puts("lightformer " NG_VERSION);
+        return CLI_DONE;
+    }
+    const struct cli_command *command = find_command(argv[1]);
+    if (!command)
+        return CLI_USAGE;
+
+    _Alignas(max_align_t) unsigned char values[512];
+    assert(command->values_size <= sizeof values);
+    switch (cli_parse(command, argc - 2, argv + 2, values, stderr)) {
+    case CLI_RUN:
+        return command->run(values);
+    case CLI_HELP:
+        cli_help(command, stdout);
+        return CLI_DONE;
+    case CLI_WRONG:
+        break;
+    }
+    return CLI_USAGE;
+}
