@@ -1,0 +1,57 @@
+// A window of the desktop (X11 or Wayland, through GLFW): its size, what a person does in it, and a surface
+// for Vulkan to draw on.
+//
+//     ng_window_create(&params, &window);
+//     extensions = ng_window_extensions(&count);             // for ng_gpu_params, then ng_gpu_create
+//     ng_window_create_surface(window, gpu->instance, &surface);
+//     while (!window->closed) {
+//         ng_window_poll(window);
+//         ... read window->input, draw ...
+//     }
+//     ... swapchain destroyed ...
+//     ng_window_destroy_surface(window);                      // before the device
+//     ng_window_destroy(&window);
+//
+// All calls come from the main thread. One window a process is what this is made for; more work as well.
+#ifndef NG_APP_WINDOW_H
+#define NG_APP_WINDOW_H
+
+#include "app/input.h"
+#include "base/result.h"
+
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
+struct ng_window_params {
+    const char *title;      // null: "lightformer"
+    uint32_t width, height; // pixels; 0: 1280 x 720
+};
+
+// Read only for callers.
+struct ng_window {
+    uint32_t width, height; // of the framebuffer in pixels; 0 where minimised
+    bool closed;            // the person or ng_window_close asked for it
+    struct ng_input input;  // since the last poll
+    struct ng_window_internal *internal;
+};
+
+// NG_ERROR_DEVICE, logged, where there is no display.
+NG_NODISCARD ng_result ng_window_create(const struct ng_window_params *params, struct ng_window **out);
+// The surface must be destroyed before.
+void ng_window_destroy(struct ng_window **window);
+
+// Instance extensions that surfaces need; valid while a window lives.
+const char *const *ng_window_extensions(uint32_t *count);
+// The surface belongs to the window; one at a time.
+NG_NODISCARD ng_result ng_window_create_surface(struct ng_window *window, VkInstance instance,
+                                                VkSurfaceKHR *out);
+void ng_window_destroy_surface(struct ng_window *window);
+
+// Takes in what happened since the last poll.
+void ng_window_poll(struct ng_window *window);
+// The same, but waits for something to happen, at most `seconds`: for a minimised window.
+void ng_window_wait(struct ng_window *window, double seconds);
+void ng_window_close(struct ng_window *window);
+void ng_window_set_title(struct ng_window *window, const char *title);
+
+#endif

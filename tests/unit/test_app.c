@@ -1,0 +1,168 @@
+#include "test.h"
+
+#include "app/camera_controller.h"
+#include "app/playback.h"
+
+#include <cglm/cglm.h>
+
+static const float identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+
+static void assert_near(float a, float b)
+{
+    assert_float_equal(a, b, 1e-5f);
+}
+
+static void assert_near3(const float a[3], float x, float y, float z)
+{
+    assert_near(a[0], x);
+    assert_near(a[1], y);
+    assert_near(a[2], z);
+}
+
+// Where a camera that carries this transform looks.
+static void ahead(const struct ng_camera_controller *c, vec3 out)
+{
+    struct ng_transform t = ng_camera_controller_transform(c);
+    glm_quat_rotatev(t.rotation, (vec3){0, 0, -1}, out);
+}
+
+static void orbit_keeps_the_point_in_the_middle(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_camera_controller c;
+    ng_camera_controller_look(&c, identity, 2);
+    ng_camera_controller_orbit(&c, GLM_PI_2f, 0);
+    assert_near3(c.eye, 2, 0, -2); // to the right of the point (0, 0, -2)
+    vec3 look;
+    ahead(&c, look);
+    assert_near3(look, -1, 0, 0);
+
+    for (int i = 0; i < 100; i++)
+        ng_camera_controller_orbit(&c, 0.37f, i % 2 ? 0.4f : -0.3f);
+    ahead(&c, look);
+    vec3 point = {c.eye[0] + 2 * look[0], c.eye[1] + 2 * look[1], c.eye[2] + 2 * look[2]};
+    for (int i = 0; i < 3; i++)
+        assert_float_equal(point[i], i == 2 ? -2 : 0, 1e-4f);
+}
+
+static void orbit_stops_short_of_the_poles(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_camera_controller c;
+    ng_camera_controller_look(&c, identity, 2);
+    ng_camera_controller_orbit(&c, 0, -100);
+    vec3 look;
+    ahead(&c, look);
+    assert_true(look[1] < -0.99f);
+    assert_true(look[2] < 0); // still the side it came from
+}
+
+static void look_takes_over_a_camera(void **state)
+{
+    NG_UNUSED(state);
+    static const float directions[][3] = {{0, 0, -1}, {1, 0, 0}, {-0.48f, 0.6f, 0.64f}, {0.6f, -0.8f, 0}};
+    for (size_t i = 0; i < NG_COUNT(directions); i++) {
+        mat4 view, camera;
+        vec3 eye = {1, 2, 3}, look;
+        glm_look(eye, (float *)directions[i], (vec3){0, 1, 0}, view);
+        glm_mat4_inv(view, camera);
+        struct ng_camera_controller c;
+        ng_camera_controller_look(&c, (const float *)camera, 5);
+        assert_near3(c.eye, 1, 2, 3);
+        ahead(&c, look);
+        assert_near3(look, directions[i][0], directions[i][1], directions[i][2]);
+    }
+    // Straight down with the top of the image towards +X.
+    const float down[16] = {0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1};
+    struct ng_camera_controller c;
+    ng_camera_controller_look(&c, down, 1);
+    struct ng_transform t = ng_camera_controller_transform(&c);
+    vec3 up;
+    glm_quat_rotatev(t.rotation, (vec3){0, 1, 0}, up);
+    assert_true(up[0] > 0.99f);
+}
+
+static void flying_turns_about_the_eye(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_camera_controller c;
+    ng_camera_controller_look(&c, identity, 2);
+    ng_camera_controller_turn(&c, -GLM_PI_2f, 0);
+    assert_near3(c.eye, 0, 0, 0);
+    ng_camera_controller_move(&c, 0, 0, 3); // ahead is now +X
+    assert_near3(c.eye, 3, 0, 0);
+    ng_camera_controller_move(&c, 1, 2, 0); // right is +Z
+    assert_near3(c.eye, 3, 2, 1);
+}
+
+static void zoom_never_reaches_the_point(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_camera_controller c;
+    ng_camera_controller_look(&c, identity, 2);
+    ng_camera_controller_zoom(&c, 1);
+    assert_near3(c.eye, 0, 0, -0.2f);
+    ng_camera_controller_zoom(&c, -1);
+    assert_near3(c.eye, 0, 0, 0);
+    ng_camera_controller_zoom(&c, 1000);
+    assert_true(c.distance > 0 && c.eye[2] > -2);
+}
+
+static void input_moves_the_camera(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_camera_controller c, still;
+    ng_camera_controller_look(&c, identity, 2);
+    still = c;
+    struct ng_input input = {.motion = {50, -20}};
+    ng_camera_controller_update(&c, &input, 500, 0.1f);
+    assert_memory_equal(&c, &still, sizeof c); // no button: the mouse just passes by
+
+    input.buttons[NG_BUTTON_LEFT] = true;
+    ng_camera_controller_update(&c, &input, 500, 0.1f);
+    assert_near(c.yaw, -0.3f);
+    assert_near(c.pitch, 0.12f);
+
+    c = still;
+    input = (struct ng_input){0};
+    input.down['W'] = input.down[NG_KEY_SHIFT] = true;
+    ng_camera_controller_update(&c, &input, 500, 0.1f);
+    assert_near3(c.eye, 0, 0, -0.8f); // 2 m/s, four times, a tenth of a second
+}
+
+static void clock_wraps_and_pauses(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_playback p = {.duration = 4, .playing = true};
+    ng_playback_advance(&p, 3.5);
+    assert_true(p.time == 3.5 && !p.jumped);
+    ng_playback_advance(&p, 1);
+    assert_true(p.time == 0.5 && p.jumped);
+    p.playing = false;
+    ng_playback_advance(&p, 1);
+    assert_true(p.time == 0.5 && !p.jumped);
+    ng_playback_scrub(&p, -1);
+    assert_true(p.time == 3.5 && p.jumped);
+    ng_playback_seek(&p, 4);
+    assert_true(p.time == 0);
+
+    struct ng_playback endless = {.playing = true};
+    ng_playback_advance(&endless, 100);
+    assert_true(endless.time == 100);
+    ng_playback_scrub(&endless, -200);
+    assert_true(endless.time == 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(orbit_keeps_the_point_in_the_middle),
+        cmocka_unit_test(orbit_stops_short_of_the_poles),
+        cmocka_unit_test(look_takes_over_a_camera),
+        cmocka_unit_test(flying_turns_about_the_eye),
+        cmocka_unit_test(zoom_never_reaches_the_point),
+        cmocka_unit_test(input_moves_the_camera),
+        cmocka_unit_test(clock_wraps_and_pauses),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
