@@ -1,0 +1,49 @@
+// Text and windows over a picture: an immediate-mode user interface (Dear ImGui), drawn by a pass of the
+// render graph.
+//
+//     ng_ui_begin(ui, &frame);
+//     if (ng_ui_window_begin(ui, "keys", 10, 10)) ng_ui_text(ui, "%s", "F1: keys");
+//     ng_ui_window_end(ui);
+//     ...
+//     picture = ng_ui_add_pass(ui, graph, picture);     // inside of a frame's declaration
+//
+// One thread. One user interface a process at a time: Dear ImGui's context is global.
+#ifndef NG_EDITOR_UI_H
+#define NG_EDITOR_UI_H
+
+#include "app/input.h"
+#include "graph/graph.h"
+
+struct ng_ui;
+
+struct ng_ui_params {
+    struct ng_gpu *gpu; // borrowed
+    VkFormat format;    // of the pictures to draw on: 8-bit UNORM, already encoded for display
+    float scale;        // of text and windows; 0: 1
+};
+
+NG_NODISCARD ng_result ng_ui_create(const struct ng_ui_params *params, struct ng_ui **out);
+void ng_ui_destroy(struct ng_ui **ui);
+
+struct ng_ui_frame {
+    uint32_t width, height;       // of the picture in pixels
+    float seconds;                // since the last frame
+    const struct ng_input *input; // borrowed for the call; null: nobody is there
+};
+
+// Begins a frame; what the last one showed is gone.
+void ng_ui_begin(struct ng_ui *ui, const struct ng_ui_frame *frame);
+// Whether the person's pointer is on a window, so that the scene should not react to it.
+bool ng_ui_has_pointer(const struct ng_ui *ui);
+
+// A window that fits what is in it, at pixels (x, y) from the top left when it first appears. False if it is
+// collapsed: skip its content, but end it.
+bool ng_ui_window_begin(struct ng_ui *ui, const char *title, float x, float y);
+void ng_ui_window_end(struct ng_ui *ui);
+void ng_ui_text(struct ng_ui *ui, const char *fmt, ...) NG_PRINTF(2, 3);
+
+// Ends the frame and declares the pass "ui" that draws it over `target`; returns the new version.
+// Windows that were begun must have been ended.
+struct ng_graph_ref ng_ui_add_pass(struct ng_ui *ui, struct ng_graph *graph, struct ng_graph_ref target);
+
+#endif
