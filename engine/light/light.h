@@ -74,7 +74,7 @@ struct ng_light_incident {
 struct ng_light_hit {
     float position[3];
     float direction[3];   // unit, from the receiver towards the emitter
-    float distance;       // from the receiver
+    float distance;       // from the receiver; environment: any
     uint32_t triangle;    // mesh lights
     float barycentric[2]; // mesh lights: weights of the triangle's vertices 1 and 2
 };
@@ -84,35 +84,36 @@ enum ng_light_views { NG_VIEWS_CUBE, NG_VIEWS_SINGLE_PERSPECTIVE, NG_VIEWS_SINGL
 // Where the light's surroundings are observed from (its reflective shadow map).
 struct ng_light_proxy {
     float position[3];
-    float direction[3]; // look direction of single views; the main one of cubes
+    float direction[3]; // look direction of single views; of cubes (whose faces follow the world's axes) the
+                        // main direction of emission
     float up[3];        // unit, perpendicular to direction
     enum ng_light_views views;
     float fov;    // single perspective: full angle, radians
     float extent; // single orthographic: half width, metres
 };
 
-// One light type. Every function but `prepare` is required; `s` is always prepared and not dark, except in
-// `prepare` and `power`. Call them through the ng_light_* functions below.
+// One light type. The functions take any numbers; those that return false, with `out` in any state, say that
+// the light is dark there. Call them through the ng_light_* functions below, which make that zero.
 struct ng_light_type {
     const char *name;       // "point"; the component is "light_point"
     ng_component component; // its id
     bool delta;             // no extent: never met by a ray
     bool infinite;          // directional, environment: no place in the scene
 
-    // Builds s->tables; null for types whose samples need none.
+    // Fills s->tables (allocated by the caller); null for types that need none.
     ng_result (*prepare)(struct ng_light_source *s);
-    // Phi of conventions (engine/README.md), for each channel.
-    void (*power)(const struct ng_light_source *s, float rgb[3]);
+    // Phi of conventions (engine/README.md), a channel each.
+    bool (*power)(const struct ng_light_source *s, float rgb[3]);
     // u in [0, 1)^2.
-    void (*sample)(const struct ng_light_source *s, const float u[2], struct ng_light_sample *out);
-    // Density of `sample` at a hit, in the sample's own measure.
-    float (*pdf)(const struct ng_light_source *s, const struct ng_light_hit *hit);
-    // What leaves a sampled point towards a unit direction: radiance, or intensity for point and spot.
-    void (*emitted)(const struct ng_light_source *s, const struct ng_light_sample *from,
-                    const float toward[3], float rgb[3]);
-    // What a ray that met the emitter (or, for environments, nothing) sees.
-    void (*seen)(const struct ng_light_source *s, const struct ng_light_hit *hit, float rgb[3]);
-    void (*proxy)(const struct ng_light_source *s, struct ng_light_proxy *out);
+    bool (*sample)(const struct ng_light_source *s, const float u[2], struct ng_light_sample *out);
+    // The sample that `sample` would give at a hit, normal on the side that was hit; null for delta lights.
+    bool (*at_hit)(const struct ng_light_source *s, const struct ng_light_hit *hit,
+                   struct ng_light_sample *out);
+    // The part of the sample's radiance or intensity that leaves in a unit direction; null: 1 in front of the
+    // normal, 0 behind (area lights).
+    float (*profile)(const struct ng_light_source *s, const struct ng_light_sample *sample,
+                     const float toward[3]);
+    bool (*proxy)(const struct ng_light_source *s, struct ng_light_proxy *out);
 };
 
 // All types in alphabetical order; null at the end.
@@ -128,6 +129,7 @@ void ng_light_finish(struct ng_light_source *s);
 
 // The mean of the three channels: the scalar of colours throughout this folder.
 float ng_light_mean(const float rgb[3]);
+// Power by channel; zero if dark.
 void ng_light_power_rgb(const struct ng_light_source *s, float rgb[3]);
 // Phi: the mean of the channels' powers; 0 if dark.
 float ng_light_power(const struct ng_light_source *s);
@@ -137,7 +139,10 @@ void ng_light_incident_at(const struct ng_light_source *s, const struct ng_light
                           const float receiver[3], struct ng_light_incident *out);
 // Solid-angle density with which ng_light_sample_at + ng_light_incident_at would have found this hit.
 float ng_light_pdf_at(const struct ng_light_source *s, const struct ng_light_hit *hit);
+// Radiance that a ray with this hit sees of the light; zero for delta lights.
 void ng_light_seen_at(const struct ng_light_source *s, const struct ng_light_hit *hit, float rgb[3]);
+// Where to observe from. Spots wider than 75 degrees (half angle) take a cube. A dark light gives a cube at
+// its placement. The light does not know other objects: a caller that does moves the proxy out of solids.
 void ng_light_proxy_of(const struct ng_light_source *s, struct ng_light_proxy *out);
 
 // Direct VPLs: the first `count` points of one fixed low-discrepancy set (Sobol' 1967, dimensions 1 and 2),

@@ -1,0 +1,91 @@
+// A disk (an ellipse under non-uniform scale) of uniform radiance, sampled by area.
+#include "components/components.h"
+#include "components/light_disk.h"
+#include "light/light_internal.h"
+
+static bool radiance(const struct ng_light_source *s, float rgb[3])
+{
+    const struct ng_light_disk *p = (const void *)s->params;
+    return p->on && ng_light_color(p->color, p->radiance, rgb);
+}
+
+// The plane in which the disk has radius 1; its area becomes the disk's.
+static bool plane_of(const struct ng_light_source *s, struct ng_light_plane *out)
+{
+    const struct ng_light_disk *p = (const void *)s->params;
+    bool ok = ng_light_plane_make(s, p->radius, p->radius, out);
+    out->area *= NG_PI;
+    return ok;
+}
+
+static bool power(const struct ng_light_source *s, float rgb[3])
+{
+    struct ng_light_plane plane;
+    if (!radiance(s, rgb) || !plane_of(s, &plane))
+        return false;
+    ng_light_scaled(rgb, NG_PI * plane.area, rgb);
+    return true;
+}
+
+// Square to disk, keeping areas and neighbours (Shirley and Chiu 1997).
+static void concentric(const float u[2], float out[2])
+{
+    float a = 2 * u[0] - 1, b = 2 * u[1] - 1;
+    out[0] = out[1] = 0;
+    if (a == 0 && b == 0)
+        return;
+    bool wide = fabsf(a) > fabsf(b);
+    float radius = wide ? a : b;
+    float angle = wide ? NG_PI / 4 * (b / a) : NG_PI / 2 - NG_PI / 4 * (a / b);
+    out[0] = radius * cosf(angle);
+    out[1] = radius * sinf(angle);
+}
+
+static bool emit(const struct ng_light_source *s, const struct ng_light_plane *plane,
+                 struct ng_light_sample *out)
+{
+    memcpy(out->normal, plane->normal, sizeof out->normal);
+    out->pdf = 1 / plane->area;
+    return radiance(s, out->radiance) && power(s, out->power);
+}
+
+static bool sample(const struct ng_light_source *s, const float u[2], struct ng_light_sample *out)
+{
+    struct ng_light_plane plane;
+    float place[2];
+    if (!plane_of(s, &plane))
+        return false;
+    concentric(u, place);
+    ng_light_mad(ng_light_origin(s), plane.x, place[0], out->position);
+    ng_light_mad(out->position, plane.y, place[1], out->position);
+    return emit(s, &plane, out);
+}
+
+static bool at_hit(const struct ng_light_source *s, const struct ng_light_hit *hit,
+                   struct ng_light_sample *out)
+{
+    struct ng_light_plane plane;
+    memcpy(out->position, hit->position, sizeof out->position);
+    return plane_of(s, &plane) && emit(s, &plane, out);
+}
+
+static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
+{
+    struct ng_light_plane plane;
+    if (!plane_of(s, &plane))
+        return false;
+    memcpy(out->direction, plane.normal, sizeof out->direction);
+    ng_light_up(s, out->direction, out->up);
+    ng_light_mad(ng_light_origin(s), plane.normal, ng_light_offset(s), out->position);
+    out->views = NG_VIEWS_CUBE;
+    return true;
+}
+
+const struct ng_light_type ng_light_disk_type = {
+    .name = "disk",
+    .component = NG_LIGHT_DISK,
+    .power = power,
+    .sample = sample,
+    .at_hit = at_hit,
+    .proxy = proxy,
+};

@@ -1,0 +1,145 @@
+// A rectangle (a parallelogram under shear) of uniform or textured radiance, sampled by the texture's
+// brightness. Seen from the side it shines on, with +Y up, the texture is upright: u runs along -X, v along
+// -Y.
+//
+// tables: `integral` is the mean of the texture, `center` the mean place of its brightness in (u, v).
+#include "components/components.h"
+#include "components/light_rectangle.h"
+#include "light/light_internal.h"
+
+static bool radiance(const struct ng_light_source *s, float rgb[3])
+{
+    const struct ng_light_rectangle *p = (const void *)s->params;
+    return p->on && ng_light_color(p->color, p->radiance, rgb);
+}
+
+static bool plane_of(const struct ng_light_source *s, struct ng_light_plane *out)
+{
+    const struct ng_light_rectangle *p = (const void *)s->params;
+    return ng_light_plane_make(s, p->size[0], p->size[1], out);
+}
+
+static void place(const struct ng_light_source *s, const struct ng_light_plane *plane, const float uv[2],
+                  float position[3])
+{
+    ng_light_mad(ng_light_origin(s), plane->x, 0.5f - uv[0], position);
+    ng_light_mad(position, plane->y, 0.5f - uv[1], position);
+}
+
+struct moments {
+    const struct ng_light_image *image;
+    double rgb[3], place[2], weight;
+};
+
+static float texel_share(const struct ng_light_image *image, uint32_t y)
+{
+    NG_UNUSED(y);
+    return 1.0f / ((float)image->width * (float)image->height);
+}
+
+static void add_texel(void *user, uint32_t x, uint32_t y, float share, const float rgb[3])
+{
+    struct moments *m = user;
+    double weight = (double)(ng_light_mean(rgb) * share);
+    double width = m->image->width ? m->image->width : 1, height = m->image->height ? m->image->height : 1;
+    for (int i = 0; i < 3; i++)
+        m->rgb[i] += (double)(rgb[i] * share);
+    m->place[0] += weight * (x + 0.5) / width;
+    m->place[1] += weight * (y + 0.5) / height;
+    m->weight += weight;
+}
+
+static ng_result prepare(struct ng_light_source *s)
+{
+    struct moments m = {.image = &s->image};
+    struct ng_light_tables *t = s->tables;
+    struct ng_light_image_walk walk = {.measure = texel_share, .visit = add_texel, .user = &m};
+    NG_TRY(ng_light_grid_from_image(t, &s->image, &walk));
+    for (int i = 0; i < 3; i++)
+        t->integral[i] = (float)m.rgb[i];
+    for (int i = 0; i < 2; i++)
+        t->center[i] = m.weight > 0 ? (float)(m.place[i] / m.weight) : 0.5f;
+    return NG_OK;
+}
+
+static bool power(const struct ng_light_source *s, float rgb[3])
+{
+    struct ng_light_plane plane;
+    if (!radiance(s, rgb) || !plane_of(s, &plane))
+        return false;
+    for (int i = 0; i < 3; i++)
+        rgb[i] *= NG_PI * plane.area * s->tables->integral[i];
+    return true;
+}
+
+static bool emit(const struct ng_light_source *s, const struct ng_light_plane *plane, const uint32_t cell[2],
+                 const float uv[2], struct ng_light_sample *out)
+{
+    const struct ng_light_tables *t = s->tables;
+    float low[2], high[2], texel[3];
+    if (!radiance(s, out->radiance))
+        return false;
+    ng_light_texel(t, &s->image, uv[0], uv[1], texel);
+    ng_light_cell_bounds(t, &s->image, cell[0], cell[1], low, high);
+    memcpy(out->normal, plane->normal, sizeof out->normal);
+    out->pdf = ng_light_grid_probability(&t->grid, cell[0], cell[1]) /
+               ((high[0] - low[0]) * (high[1] - low[1]) * plane->area);
+    for (int i = 0; i < 3; i++) {
+        out->radiance[i] *= texel[i];
+        out->power[i] = NG_PI * out->radiance[i] / out->pdf;
+    }
+    return true;
+}
+
+static bool sample(const struct ng_light_source *s, const float u[2], struct ng_light_sample *out)
+{
+    struct ng_light_plane plane;
+    uint32_t cell[2];
+    float inside[2] = {u[0], u[1]}, low[2], high[2], uv[2];
+    if (!plane_of(s, &plane))
+        return false;
+    ng_light_grid_sample(&s->tables->grid, inside, cell);
+    ng_light_cell_bounds(s->tables, &s->image, cell[0], cell[1], low, high);
+    for (int i = 0; i < 2; i++)
+        uv[i] = low[i] + (high[i] - low[i]) * inside[i];
+    place(s, &plane, uv, out->position);
+    return emit(s, &plane, cell, uv, out);
+}
+
+static bool at_hit(const struct ng_light_source *s, const struct ng_light_hit *hit,
+                   struct ng_light_sample *out)
+{
+    struct ng_light_plane plane;
+    uint32_t cell[2];
+    float local[2];
+    if (!plane_of(s, &plane))
+        return false;
+    memcpy(out->position, hit->position, sizeof out->position);
+    ng_light_plane_local(s, &plane, hit->position, local);
+    const float uv[2] = {0.5f - local[0], 0.5f - local[1]};
+    ng_light_cell_at(s->tables, &s->image, uv[0], uv[1], cell);
+    return emit(s, &plane, cell, uv, out);
+}
+
+static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
+{
+    struct ng_light_plane plane;
+    if (!plane_of(s, &plane))
+        return false;
+    memcpy(out->direction, plane.normal, sizeof out->direction);
+    ng_light_up(s, out->direction, out->up);
+    place(s, &plane, s->tables->center, out->position);
+    ng_light_mad(out->position, plane.normal, ng_light_offset(s), out->position);
+    out->views = NG_VIEWS_CUBE;
+    return true;
+}
+
+const struct ng_light_type ng_light_rectangle_type = {
+    .name = "rectangle",
+    .component = NG_LIGHT_RECTANGLE,
+    .prepare = prepare,
+    .power = power,
+    .sample = sample,
+    .at_hit = at_hit,
+    .proxy = proxy,
+};
