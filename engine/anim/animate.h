@@ -31,4 +31,8 @@ void ng_animator_destroy(struct ng_animator **animator);
 // Fails with NG_ERROR_MEMORY only.
 NG_NODISCARD ng_result ng_animate(struct ng_animator *animator, const struct ng_animate_params *p);
 
+// The same as a system of the world, in NG_PHASE_ANIMATE, for the world's life. `time` of the params is not
+// used.
+NG_NODISCARD ng_result ng_animation_system_add(const struct ng_animate_params *p);
+
 #endif

@@ -15,11 +15,13 @@ float ng_clip_time(const struct ng_animation *a, float duration, double time);
 // key the last one. glTF 2.0, appendix C: step, linear (quaternions: spherical, shortest way), cubic spline.
 void ng_channel_sample(const struct ng_channel *c, float t, float out[4]);
 
-// Blends values of one field by weights that are normalised by their sum. Quaternions are brought to the same
-// hemisphere, averaged and normalised. Zero it before the first value. Weights not above 0 are ignored.
+// Blends values of one field by weights that are normalised by their sum. Quaternions are brought to the
+// hemisphere of the first, averaged and normalised. Zero it before the first value. Weights not above 0 are
+// ignored.
 struct ng_blend {
-    float sum[4];
+    float first[4], sum[4];
     float weight;
+    bool several;
 };
 void ng_blend_add(struct ng_blend *b, const float value[4], uint32_t width, bool rotation, float weight);
 // False (out untouched) if nothing was added. A single value comes out bit for bit.

@@ -1,14 +1,17 @@
 // Extraction: the world at a moment in time -> one snapshot (render/snapshot.h), the only bridge from the
 // scene to what draws it.
 //
-// An extraction samples all playing animations into the world, brings placements up to date, skins and
-// subdivides, and lists instances, materials, images and lights. What has not changed since the previous
-// extraction is kept, not made again (change ticks of the world); buffers only grow, so the steady state
-// allocates nothing.
+// An extraction skins and subdivides, and lists instances, materials, images and lights. It only reads the
+// world: run the world's systems first (render/scene_systems.h: animation and placements).
+//
+//     NG_TRY(ng_world_run(world, time));
+//     NG_TRY(ng_extract(extractor, &params, &snapshot));
+//
+// What has not changed since the previous extraction is kept, not made again (change ticks of the world);
+// buffers only grow, so the steady state allocates nothing.
 //
 // An extractor belongs to one world and one asset store and remembers the previous extraction (motion,
-// versions). It uses its own memory only, but writes animated fields and placements to the world, so nobody
-// else may use the world meanwhile. Results do not depend on the number of threads.
+// versions). One thread at a time. Results do not depend on the number of threads.
 #ifndef NG_RENDER_EXTRACT_H
 #define NG_RENDER_EXTRACT_H
 
@@ -20,12 +23,11 @@ struct ng_jobs;
 struct ng_world;
 
 struct ng_extract_params {
-    struct ng_world *world;         // required, always the same one
+    struct ng_world *world;         // required, always the same one; not const: queries belong to it
     const struct ng_assets *assets; // required, always the same one
     struct ng_jobs *jobs;           // null: this thread only
-    double time;                    // seconds
+    double time;                    // seconds, as given to ng_world_run
     const char *camera;             // name of the camera's entity; null or "": the first camera of the world
-    bool keep_pose;                 // do not sample animations: the world's fields are as someone set them
     bool still;                     // no motion: previous matrices and positions are the current ones (first
                                     // frame, jump in time)
 };
