@@ -84,13 +84,13 @@ static float axis(const struct ng_input *input, char positive, char negative)
 void ng_camera_controller_update(struct ng_camera_controller *c, const struct ng_input *input, float height,
                                  float seconds)
 {
-    float x = input->motion[0] / glm_max(height, 1), y = input->motion[1] / glm_max(height, 1);
-    if (input->buttons[NG_BUTTON_LEFT])
-        ng_camera_controller_orbit(c, -x * DRAG_ANGLE, -y * DRAG_ANGLE);
-    else if (input->buttons[NG_BUTTON_RIGHT])
-        ng_camera_controller_turn(c, -x * DRAG_ANGLE, -y * DRAG_ANGLE);
-    else if (input->buttons[NG_BUTTON_MIDDLE])
-        ng_camera_controller_move(c, -x * c->distance, y * c->distance, 0);
+    float by = 1 / glm_max(height, 1), angle = -DRAG_ANGLE * by;
+    const float *orbit = input->drag[NG_BUTTON_LEFT], *turn = input->drag[NG_BUTTON_RIGHT];
+    const float *slide = input->drag[NG_BUTTON_MIDDLE];
+    if (orbit[0] != 0 || orbit[1] != 0) // turning by nothing would still round the eye, frame after frame
+        ng_camera_controller_orbit(c, orbit[0] * angle, orbit[1] * angle);
+    ng_camera_controller_turn(c, turn[0] * angle, turn[1] * angle);
+    ng_camera_controller_move(c, -slide[0] * by * c->distance, slide[1] * by * c->distance, 0);
     if (input->scroll != 0)
         ng_camera_controller_zoom(c, input->scroll);
     float step = c->speed * seconds * (input->down[NG_KEY_SHIFT] ? FLY_FAST : 1);

@@ -1,6 +1,6 @@
 // What a person does at a window, as plain data: made by window.h, or by a test.
 //
-// One struct a frame. `pressed` and the motions are what happened since the frame before.
+// One struct a frame. `drag`, `scroll` and `pressed` are what happened since the frame before.
 #ifndef NG_APP_INPUT_H
 #define NG_APP_INPUT_H
 
@@ -25,8 +25,10 @@ enum ng_button { NG_BUTTON_LEFT, NG_BUTTON_RIGHT, NG_BUTTON_MIDDLE, NG_BUTTON_CO
 
 struct ng_input {
     float pointer[2]; // pixels of the framebuffer from its top left corner
-    float motion[2];  // pixels, x right, y down
-    float scroll;     // steps of the wheel, away from the user is positive
+    // Pixels moved while each button was down, x right, y down; also if it is up again by now, so that no
+    // drag is lost between two slow frames.
+    float drag[NG_BUTTON_COUNT][2];
+    float scroll; // steps of the wheel, away from the user is positive
     bool buttons[NG_BUTTON_COUNT];
     bool down[NG_KEY_COUNT];
     bool pressed[NG_KEY_COUNT]; // went down, or repeats

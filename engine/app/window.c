@@ -14,7 +14,6 @@ struct ng_window_internal {
     GLFWwindow *handle;
     VkInstance instance;
     VkSurfaceKHR surface;
-    bool pointer_known; // before the first event there is no motion
 };
 
 static int window_count; // GLFW lives while there is a window
@@ -83,12 +82,14 @@ static void on_pointer(GLFWwindow *handle, double x, double y)
     glfwGetWindowSize(handle, &width, &height);
     float position[2] = {(float)x * (width > 0 ? (float)w->width / (float)width : 1),
                          (float)y * (height > 0 ? (float)w->height / (float)height : 1)};
+    struct ng_input *input = &w->input;
     for (int i = 0; i < 2; i++) {
-        if (w->internal->pointer_known)
-            w->input.motion[i] += position[i] - w->input.pointer[i];
-        w->input.pointer[i] = position[i];
+        for (int b = 0; b < NG_BUTTON_COUNT; b++) {
+            if (input->buttons[b])
+                input->drag[b][i] += position[i] - input->pointer[i];
+        }
+        input->pointer[i] = position[i];
     }
-    w->internal->pointer_known = true;
 }
 
 static void on_scroll(GLFWwindow *handle, double x, double y)
@@ -214,7 +215,8 @@ void ng_window_destroy_surface(struct ng_window *window)
 static void begin_input(struct ng_window *window)
 {
     struct ng_input *input = &window->input;
-    input->motion[0] = input->motion[1] = input->scroll = 0;
+    input->scroll = 0;
+    memset(input->drag, 0, sizeof input->drag);
     memset(input->pressed, 0, sizeof input->pressed);
 }
 

@@ -113,17 +113,19 @@ static void input_moves_the_camera(void **state)
     NG_UNUSED(state);
     struct ng_camera_controller c, still;
     ng_camera_controller_look(&c, identity, 2);
+    ng_camera_controller_orbit(&c, 0.1f, 0);
     still = c;
-    struct ng_input input = {.motion = {50, -20}};
+    struct ng_input input = {.pointer = {50, -20}};
     ng_camera_controller_update(&c, &input, 500, 0.1f);
     assert_memory_equal(&c, &still, sizeof c); // no button: the mouse just passes by
 
-    input.buttons[NG_BUTTON_LEFT] = true;
+    input.drag[NG_BUTTON_LEFT][0] = 50;
+    input.drag[NG_BUTTON_LEFT][1] = -20;
     ng_camera_controller_update(&c, &input, 500, 0.1f);
-    assert_near(c.yaw, -0.3f);
+    assert_near(c.yaw, -0.2f);
     assert_near(c.pitch, 0.12f);
 
-    c = still;
+    ng_camera_controller_look(&c, identity, 2);
     input = (struct ng_input){0};
     input.down['W'] = input.down[NG_KEY_SHIFT] = true;
     ng_camera_controller_update(&c, &input, 500, 0.1f);
