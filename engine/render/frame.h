@@ -1,0 +1,69 @@
+// What the providers of a frame meet at (graph/provider.h): the items that one publishes and others consume.
+//
+//     ng_frame_item        the snapshot and where its data is on the GPU; published by the renderer, one a
+//     frame ng_gbuffer_item      what the camera sees; from the G-buffer provider, one a frame
+//     ng_light_maps_item   what a light sees, its reflective shadow map; from the light-maps provider, one a
+//     light ng_radiance_item     the light that arrives at the camera; from the method that was chosen, one a
+//     frame
+//
+// A method (raster here, neural elsewhere) is a provider that consumes the first three and publishes the
+// last.
+#ifndef NG_RENDER_FRAME_H
+#define NG_RENDER_FRAME_H
+
+#include "graph/provider.h"
+#include "render/snapshot.h"
+
+struct ng_scene_gpu;
+
+// The depth map of a light never has more views than this.
+#define NG_LIGHT_MAX_VIEWS 6
+// Size of the small maps (position, normal, flux) of a light, texels a side.
+#define NG_RSM_SIZE        64
+
+struct ng_frame_info {
+    const struct ng_snapshot *snapshot;
+    struct ng_scene_gpu *scene; // render/scene_gpu.h: buffers and draws of the snapshot
+    uint32_t width, height;
+    const char *method; // name of the method that is to publish radiance
+};
+extern const struct ng_item_type ng_frame_item;
+
+// All of the picture's size. "Surface" pixels have position.w = 1, others 0 throughout except emission.
+struct ng_gbuffer {
+    struct ng_graph_ref position; // RGBA32F: world space, metres; w: 1 where there is a surface
+    struct ng_graph_ref normal;   // RGBA16F: shading normal, world; w: roughness
+    struct ng_graph_ref diffuse;  // RGBA16F: diffuse albedo; w: x of the octahedral geometric normal
+    struct ng_graph_ref specular; // RGBA16F: F0; w: y of the octahedral geometric normal
+    struct ng_graph_ref emission; // RGBA16F: emitted radiance, the environment's too
+    struct ng_graph_ref motion;   // RG32F: pixels, now - before
+    struct ng_graph_ref entity;   // R32_UINT: index half of the entity's id
+    struct ng_graph_ref depth;    // D32F: reverse-Z
+};
+extern const struct ng_item_type ng_gbuffer_item;
+
+// The reflective shadow map of one light (paper 4.2; conventions in engine/README.md, "Light observation").
+struct ng_light_maps {
+    uint32_t light;                  // index in the snapshot
+    const char *name;                // unique in the frame; prefix of the light's passes: "lamp"
+    uint32_t depth_views, rsm_views; // layers of the two; they differ for cascaded lights only
+    uint32_t face_size;              // of the depth map, texels
+    struct ng_graph_ref depth;       // D32F array [depth_views]: reverse-Z of the view
+    struct ng_graph_ref
+        position; // RGBA32F array [rsm_views], NG_RSM_SIZE: world; w: 1 where there is a surface
+    struct ng_graph_ref normal;     // RGBA16F, the same: shading normal towards the light
+    struct ng_graph_ref flux;       // RGBA32F, the same: reflected flux, W
+    bool redrawn;                   // in this frame; otherwise it is the last result
+    const struct ng_light_gpu *gpu; // scene_gpu.h: what shaders need of the light
+};
+extern const struct ng_item_type ng_light_maps_item;
+
+// Radiance without emission, at pixel centres. Refs that a method does not compute are zero.
+struct ng_radiance {
+    struct ng_graph_ref unshadowed; // RGBA32F: T_l
+    struct ng_graph_ref direct;     // RGBA32F: T_d
+    struct ng_graph_ref indirect;   // RGBA32F: T_i
+};
+extern const struct ng_item_type ng_radiance_item;
+
+#endif

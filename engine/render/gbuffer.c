@@ -1,0 +1,222 @@
+// The passes "gbuffer" and "background".
+#include "render/gbuffer.h"
+
+#include "components/light_environment.h"
+#include "render/frame.h"
+#include "render/scene_gpu.h"
+
+#include "background.frag.spv.h"
+#include "fullscreen.vert.spv.h"
+#include "gbuffer_plain.frag.spv.h"
+#include "gbuffer_plain.vert.spv.h"
+#include "gbuffer_textured.frag.spv.h"
+#include "gbuffer_textured.vert.spv.h"
+
+#include <cglm/cglm.h>
+#include <stdlib.h>
+#include <string.h>
+
+const struct ng_item_type ng_gbuffer_item = {"gbuffer", sizeof(struct ng_gbuffer)};
+
+#define COLORS 7
+static const struct {
+    const char *name;
+    VkFormat format;
+} colors[COLORS] = {
+    {"gbuffer/position", VK_FORMAT_R32G32B32A32_SFLOAT},
+    {"gbuffer/normal", VK_FORMAT_R16G16B16A16_SFLOAT},
+    {"gbuffer/diffuse", VK_FORMAT_R16G16B16A16_SFLOAT},
+    {"gbuffer/specular", VK_FORMAT_R16G16B16A16_SFLOAT},
+    {"gbuffer/emission", VK_FORMAT_R16G16B16A16_SFLOAT},
+    {"gbuffer/motion", VK_FORMAT_R32G32_SFLOAT},
+    {"gbuffer/entity", VK_FORMAT_R32_UINT},
+};
+
+struct ng_gbuffer_provider {
+    struct ng_gpu *gpu;
+    struct ng_gpu_pipeline *plain, *textured, *background;
+};
+
+static const struct ng_gpu_slot scene_slots[] = {
+    {.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+    {.binding = 1, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+    {.binding = 2, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+    NG_MATERIAL_SLOTS,
+};
+
+static ng_result make_scene_pipeline(struct ng_gpu *gpu, bool textured, struct ng_gpu_pipeline **out)
+{
+    struct ng_gpu_graphics_params p = {
+        .name = textured ? "gbuffer textured" : "gbuffer",
+        .vertex = textured ? NG_SPIRV(ng_spv_gbuffer_textured_vert) : NG_SPIRV(ng_spv_gbuffer_plain_vert),
+        .fragment = textured ? NG_SPIRV(ng_spv_gbuffer_textured_frag) : NG_SPIRV(ng_spv_gbuffer_plain_frag),
+        .slots = scene_slots,
+        .slot_count = textured ? NG_COUNT(scene_slots) : 3,
+        .dynamic_cull = true,
+        .color_count = COLORS,
+        .depth_format = VK_FORMAT_D32_SFLOAT,
+        .depth_test = true,
+        .depth_write = true,
+    };
+    for (int i = 0; i < COLORS; i++)
+        p.color_formats[i] = colors[i].format;
+    ng_scene_gpu_vertex_input(textured ? NG_STREAMS_SURFACE_TEXTURED : NG_STREAMS_SURFACE, &p);
+    return ng_gpu_graphics_create(gpu, &p, out);
+}
+
+// Push constants of background.frag.
+struct background_push {
+    float world_to_map[12]; // three rows of four
+    float radiance[3];
+};
+
+static ng_result make_background_pipeline(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
+{
+    static const struct ng_gpu_slot slots[] = {
+        {.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+        {.binding = 1, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
+    };
+    return ng_gpu_graphics_create(
+        gpu,
+        &(struct ng_gpu_graphics_params){.name = "background",
+                                         .vertex = NG_SPIRV(ng_spv_fullscreen_vert),
+                                         .fragment = NG_SPIRV(ng_spv_background_frag),
+                                         .slots = slots,
+                                         .slot_count = NG_COUNT(slots),
+                                         .push_size = sizeof(struct background_push),
+                                         .color_formats = {VK_FORMAT_R16G16B16A16_SFLOAT},
+                                         .color_count = 1,
+                                         .depth_format = VK_FORMAT_D32_SFLOAT,
+                                         .depth_test = true},
+        out);
+}
+
+ng_result ng_gbuffer_create(struct ng_gpu *gpu, struct ng_gbuffer_provider **out)
+{
+    struct ng_gbuffer_provider *g = calloc(1, sizeof *g);
+    if (!g)
+        return NG_ERROR_MEMORY;
+    g->gpu = gpu;
+    ng_result r = make_scene_pipeline(gpu, false, &g->plain);
+    if (r == NG_OK)
+        r = make_scene_pipeline(gpu, true, &g->textured);
+    if (r == NG_OK)
+        r = make_background_pipeline(gpu, &g->background);
+    if (r != NG_OK)
+        ng_gbuffer_destroy(&g);
+    *out = g;
+    return r;
+}
+
+void ng_gbuffer_destroy(struct ng_gbuffer_provider **provider)
+{
+    struct ng_gbuffer_provider *g = *provider;
+    if (!g)
+        return;
+    ng_gpu_pipeline_destroy(&g->plain);
+    ng_gpu_pipeline_destroy(&g->textured);
+    ng_gpu_pipeline_destroy(&g->background);
+    free(g);
+    *provider = NULL;
+}
+
+struct pass_data {
+    const struct ng_gbuffer_provider *provider;
+    const struct ng_frame_info *frame;
+};
+
+static ng_result draw_scene(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    struct ng_scene_gpu *scene = d->frame->scene;
+    const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(scene, 0), ng_scene_gpu_instances(scene, 1),
+                                              ng_scene_gpu_materials(scene, 2)};
+    return ng_scene_gpu_draw(scene, &(struct ng_cmd){ctx->cmd, ctx->gpu},
+                             &(struct ng_draw_params){.plain = d->provider->plain,
+                                                      .textured = d->provider->textured,
+                                                      .plain_streams = NG_STREAMS_SURFACE,
+                                                      .textured_streams = NG_STREAMS_SURFACE_TEXTURED,
+                                                      .bindings = bindings,
+                                                      .binding_count = NG_COUNT(bindings),
+                                                      .view_projection = ng_scene_gpu_camera(scene),
+                                                      .skip_light = NG_NONE,
+                                                      .cull_back = true});
+}
+
+static ng_result draw_background(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    struct ng_scene_gpu *scene = d->frame->scene;
+    const struct ng_snapshot_light *light = &d->frame->snapshot->lights[d->frame->snapshot->environment];
+    struct ng_cmd cmd = {ctx->cmd, ctx->gpu};
+    const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(scene, 0),
+                                              ng_scene_gpu_image(scene, light->image, 1)};
+    NG_TRY(ng_cmd_bind(&cmd, d->provider->background, bindings, NG_COUNT(bindings)));
+    struct background_push push = {0};
+    // Rows of the inverse of a rotation are its columns.
+    for (int row = 0; row < 3; row++) {
+        vec3 axis = {light->source.matrix[row * 4], light->source.matrix[row * 4 + 1],
+                     light->source.matrix[row * 4 + 2]};
+        glm_vec3_normalize(axis);
+        memcpy(&push.world_to_map[row * 4], axis, sizeof axis);
+    }
+    struct ng_light_environment environment;
+    memcpy(&environment, light->source.params, sizeof environment);
+    for (int c = 0; c < 3; c++)
+        push.radiance[c] = environment.color[c] * environment.intensity;
+    ng_cmd_push(&cmd, d->provider->background, &push, sizeof push);
+    vkCmdDraw(cmd.handle, 3, 1, 0, 0);
+    return NG_OK;
+}
+
+static ng_result produce(struct ng_composer *composer, void *user)
+{
+    const struct ng_gbuffer_provider *self = user;
+    struct ng_graph *g = ng_composer_graph(composer);
+    const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
+    struct pass_data data = {self, frame};
+    struct ng_graph_ref refs[COLORS];
+    struct ng_graph_ref depth =
+        ng_graph_image(g, "gbuffer/depth",
+                       &(struct ng_graph_image){.format = VK_FORMAT_D32_SFLOAT,
+                                                .width = frame->width,
+                                                .height = frame->height,
+                                                .clear = true}); // reverse-Z: 0 is infinitely far
+    struct ng_pass *pass = ng_graph_pass(g, &(struct ng_pass_params){.name = "gbuffer",
+                                                                     .kind = NG_PASS_RASTER,
+                                                                     .run = draw_scene,
+                                                                     .data = &data,
+                                                                     .data_size = sizeof data});
+    for (int i = 0; i < COLORS; i++)
+        refs[i] = ng_pass_write(pass,
+                                ng_graph_image(g, colors[i].name,
+                                               &(struct ng_graph_image){.format = colors[i].format,
+                                                                        .width = frame->width,
+                                                                        .height = frame->height,
+                                                                        .clear = true}),
+                                NG_USE_COLOR);
+    depth = ng_pass_write(pass, depth, NG_USE_DEPTH);
+    if (frame->snapshot->environment != NG_NONE) {
+        pass = ng_graph_pass(g, &(struct ng_pass_params){.name = "background",
+                                                         .kind = NG_PASS_RASTER,
+                                                         .run = draw_background,
+                                                         .data = &data,
+                                                         .data_size = sizeof data});
+        ng_pass_read(pass, depth, NG_USE_DEPTH_READ);
+        refs[4] = ng_pass_write(pass, refs[4], NG_USE_COLOR);
+    }
+    return ng_composer_publish(composer, &ng_gbuffer_item,
+                               &(struct ng_gbuffer){.position = refs[0],
+                                                    .normal = refs[1],
+                                                    .diffuse = refs[2],
+                                                    .specular = refs[3],
+                                                    .emission = refs[4],
+                                                    .motion = refs[5],
+                                                    .entity = refs[6],
+                                                    .depth = depth});
+}
+
+struct ng_provider ng_gbuffer_provider(struct ng_gbuffer_provider *provider)
+{
+    return (struct ng_provider){.name = "gbuffer", .produce = produce, .user = provider};
+}

@@ -1,0 +1,266 @@
+// Views are frames of three axes with x * y = z (cross product), picture right, down and forward, like the
+// camera's: so that front faces have the same order on screen everywhere.
+#include "render/light_gpu.h"
+
+#include <cglm/cglm.h>
+#include <string.h>
+
+#define NEAR_SHARE 1e-3f // near plane of perspective views, in scene radii
+#define CASCADES   4
+
+static void copy3(float to[3], const float from[3])
+{
+    memcpy(to, from, 3 * sizeof(float));
+}
+
+static void set_axes(struct ng_light_view_data *v, const float look[3], const float up[3])
+{
+    vec3 z, x, y;
+    glm_vec3_normalize_to((float *)look, z);
+    glm_vec3_cross(z, (float *)up, x);
+    glm_vec3_normalize(x);
+    glm_vec3_cross(z, x, y);
+    copy3(v->axis_x, x);
+    copy3(v->axis_y, y);
+    copy3(v->axis_z, z);
+}
+
+// The matrix that rasterizes what the members describe.
+static void set_matrix(struct ng_light_view_data *v, bool orthographic)
+{
+    float *m = v->view_projection;
+    float range = v->depth_range;
+    for (int c = 0; c < 3; c++) {
+        m[c * 4 + 0] = v->axis_x[c] / v->tangent;
+        m[c * 4 + 1] = v->axis_y[c] / v->tangent;
+        m[c * 4 + 2] = orthographic ? -v->axis_z[c] / range : 0.0f;
+        m[c * 4 + 3] = orthographic ? 0.0f : v->axis_z[c];
+    }
+    m[12] = -glm_vec3_dot(v->axis_x, v->origin) / v->tangent;
+    m[13] = -glm_vec3_dot(v->axis_y, v->origin) / v->tangent;
+    m[14] = orthographic ? 1.0f + glm_vec3_dot(v->axis_z, v->origin) / range : range;
+    m[15] = orthographic ? 1.0f : -glm_vec3_dot(v->axis_z, v->origin);
+}
+
+// ---- VPLs
+// ----------------------------------------------------------------------------------------------------
+
+static void observe_vpls(const struct ng_light_source *s, struct ng_light_gpu *out)
+{
+    struct ng_light_sample samples[NG_LIGHT_VPLS];
+    bool delta = s->type->delta;
+    uint32_t count = delta ? 1 : NG_LIGHT_VPLS, used = 0;
+    ng_light_vpls(s, count, samples);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!(samples[i].pdf > 0))
+            continue;
+        struct ng_vpl_data *v = &out->vpls[used++];
+        copy3(v->position, samples[i].position);
+        copy3(v->normal, samples[i].normal);
+        for (int c = 0; c < 3; c++)
+            v->weight[c] = samples[i].radiance[c] / (samples[i].pdf * (float)count);
+    }
+    out->data.vpl_count = used;
+    out->data.vpl_kind = s->type->infinite ? NG_VPL_DIRECTIONAL : delta ? NG_VPL_POINT : NG_VPL_AREA;
+}
+
+// What makes penumbrae: the radius of a disk with the VPLs' second moment, or for lights at infinity the
+// tangent of the half angle under which they are spread.
+static float soft_radius(const struct ng_light_gpu *l, const struct ng_light_proxy *proxy, bool infinite)
+{
+    double sum = 0, weights = 0;
+    for (uint32_t i = 0; i < l->data.vpl_count; i++) {
+        const struct ng_vpl_data *v = &l->vpls[i];
+        double weight = (double)v->weight[0] + (double)v->weight[1] + (double)v->weight[2], square;
+        if (infinite) {
+            double c = glm_vec3_dot((float *)v->normal, (float *)proxy->direction);
+            square = 1.0 - c * c;
+        } else {
+            square = glm_vec3_distance2((float *)v->position, (float *)proxy->position);
+        }
+        sum += weight * square;
+        weights += weight;
+    }
+    float radius = weights > 0 ? (float)sqrt(2.0 * sum / weights) : 0.0f;
+    return infinite ? radius / sqrtf(fmaxf(1.0f - radius * radius, 0.5f)) : radius;
+}
+
+// ---- Views
+// ---------------------------------------------------------------------------------------------------
+
+// Whether the light sends anything into a perspective view: intensity is largest at a corner for a flat
+// emitter.
+static bool emits_into(const struct ng_light_gpu *l, const struct ng_light_view_data *v)
+{
+    if (l->data.vpl_kind == NG_VPL_POINT)
+        return true;
+    for (uint32_t i = 0; i < l->data.vpl_count; i++)
+        for (int corner = 0; corner < 4; corner++) {
+            vec3 d;
+            for (int a = 0; a < 3; a++)
+                d[a] = v->axis_z[a] + v->axis_x[a] * (corner & 1 ? 1.0f : -1.0f) +
+                       v->axis_y[a] * (corner & 2 ? 1.0f : -1.0f);
+            if (glm_vec3_dot((float *)l->vpls[i].normal, d) > 1e-4f)
+                return true;
+        }
+    return false;
+}
+
+static uint32_t cube_views(const struct ng_light_gpu *l, const struct ng_light_proxy *p, float near_plane,
+                           struct ng_light_view_data *views)
+{
+    vec3 f, u, r;
+    glm_vec3_copy((float *)p->direction, f);
+    glm_vec3_copy((float *)p->up, u);
+    glm_vec3_cross(f, u, r);
+    uint32_t count = 0;
+    for (int face = 0; face < 6; face++) {
+        const float *axes[3] = {f, r, u};
+        float sign = face < 3 ? 1.0f : -1.0f;
+        vec3 look;
+        glm_vec3_scale((float *)axes[face % 3], sign, look);
+        struct ng_light_view_data *v = &views[count];
+        *v = (struct ng_light_view_data){.tangent = 1.0f, .depth_range = near_plane};
+        copy3(v->origin, p->position);
+        set_axes(v, look, axes[(face + 2) % 3]);
+        set_matrix(v, false);
+        count += emits_into(l, v);
+    }
+    return count;
+}
+
+static void orthographic_view(const struct ng_snapshot *s, const struct ng_light_proxy *p,
+                              const float center[3], float half_width, struct ng_light_view_data *v)
+{
+    *v = (struct ng_light_view_data){.tangent = half_width, .depth_range = 2 * s->scene_radius};
+    set_axes(v, p->direction, p->up);
+    // The near plane touches the scene's sphere where light enters it.
+    vec3 offset;
+    glm_vec3_sub((float *)center, (float *)s->scene_center, offset);
+    float back = glm_vec3_dot(offset, v->axis_z) + s->scene_radius;
+    for (int a = 0; a < 3; a++)
+        v->origin[a] = center[a] - v->axis_z[a] * back;
+    set_matrix(v, true);
+}
+
+// Slices of the camera's frustum, each in a bounding sphere, so that turning the camera does not resize the
+// maps (Zhang et al. 2006: distances half logarithmic, half even).
+static void cascade_views(const struct ng_snapshot *s, const struct ng_light_proxy *p, float aspect,
+                          struct ng_light_view_data *views)
+{
+    const struct ng_snapshot_camera *c = &s->camera;
+    float near_plane = 0.05f, far = 2 * s->scene_radius, tangent = tanf(c->fov_y * 0.5f);
+    float corner = tangent * sqrtf(1 + aspect * aspect);
+    for (int i = 0; i < CASCADES; i++) {
+        float a = (float)i / CASCADES, b = (float)(i + 1) / CASCADES;
+        float begin =
+            i ? 0.5f * (near_plane * powf(far / near_plane, a) + near_plane + (far - near_plane) * a * a)
+              : 0.0f;
+        float end = 0.5f * (near_plane * powf(far / near_plane, b) + near_plane + (far - near_plane) * b * b);
+        float middle = fminf(0.5f * (begin + end) * (1 + corner * corner), end);
+        float radius = sqrtf((end - middle) * (end - middle) + end * end * corner * corner);
+        vec3 center;
+        for (int k = 0; k < 3; k++)
+            center[k] = c->position[k] - c->view[k * 4 + 2] * middle;
+        orthographic_view(s, p, center, radius, &views[i]);
+    }
+}
+
+static void observe_views(const struct ng_snapshot *s, const struct ng_light_proxy *p, float aspect,
+                          float cascade_radius, struct ng_light_gpu *l)
+{
+    float near_plane = NEAR_SHARE * s->scene_radius;
+    switch (p->views) {
+    case NG_VIEWS_CUBE:
+        l->rsm_view_count = cube_views(l, p, near_plane, l->rsm_views);
+        break;
+    case NG_VIEWS_SINGLE_PERSPECTIVE:
+        l->rsm_views[0] =
+            (struct ng_light_view_data){.tangent = tanf(p->fov * 0.5f), .depth_range = near_plane};
+        copy3(l->rsm_views[0].origin, p->position);
+        set_axes(&l->rsm_views[0], p->direction, p->up);
+        set_matrix(&l->rsm_views[0], false);
+        l->rsm_view_count = 1;
+        break;
+    case NG_VIEWS_SINGLE_ORTHOGRAPHIC:
+        orthographic_view(s, p, s->scene_center, p->extent, &l->rsm_views[0]);
+        l->rsm_view_count = 1;
+        if (s->scene_radius > cascade_radius) {
+            cascade_views(s, p, aspect, l->depth_views);
+            l->depth_view_count = CASCADES;
+            return;
+        }
+        break;
+    }
+    memcpy(l->depth_views, l->rsm_views, sizeof l->rsm_views);
+    l->depth_view_count = l->rsm_view_count;
+}
+
+void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, float aspect,
+                          float cascade_radius, struct ng_light_gpu *out)
+{
+    const struct ng_light_source *source = &snapshot->lights[light].source;
+    struct ng_light_proxy proxy;
+    *out = (struct ng_light_gpu){0};
+    observe_vpls(source, out);
+    ng_light_proxy_of(source, &proxy);
+    observe_views(snapshot, &proxy, aspect, cascade_radius, out);
+    struct ng_light_data *d = &out->data;
+    copy3(d->proxy, proxy.position);
+    copy3(d->axis, proxy.direction);
+    ng_light_cone(source, &d->cone_scale, &d->cone_offset);
+    d->soft_radius = soft_radius(out, &proxy, source->type->infinite);
+    d->vpl_radius =
+        d->vpl_kind == NG_VPL_AREA && d->vpl_count ? d->soft_radius / sqrtf((float)d->vpl_count) : 0;
+    d->orthographic = proxy.views == NG_VIEWS_SINGLE_ORTHOGRAPHIC;
+    d->index = light;
+    d->view_count = out->depth_view_count;
+}
+
+void ng_light_gpu_set_face_size(struct ng_light_gpu *l, uint32_t face_size)
+{
+    l->data.face_size = (float)face_size;
+    if (l->depth_view_count == l->rsm_view_count)
+        return;
+    for (uint32_t i = 0; i < l->depth_view_count; i++) {
+        struct ng_light_view_data *v = &l->depth_views[i];
+        float texel = 2 * v->tangent / (float)face_size;
+        const float *axes[2] = {v->axis_x, v->axis_y};
+        for (int a = 0; a < 2; a++) {
+            float at = glm_vec3_dot((float *)axes[a], v->origin);
+            float move = floorf(at / texel) * texel - at;
+            for (int k = 0; k < 3; k++)
+                v->origin[k] += axes[a][k] * move;
+        }
+        set_matrix(v, true);
+    }
+}
+
+// ---- Buffers
+// -------------------------------------------------------------------------------------------------
+
+static ng_result put(struct ng_gpu *gpu, const void *data, size_t size, struct ng_frame_range *out)
+{
+    NG_TRY(ng_frame_alloc(gpu, size, out));
+    memcpy(out->mapped, data, size);
+    return NG_OK;
+}
+
+ng_result ng_light_gpu_record(struct ng_gpu *gpu, struct ng_light_gpu *l)
+{
+    NG_TRY(put(gpu, &l->data, sizeof l->data, &l->data_range));
+    NG_TRY(put(gpu, l->vpls, sizeof l->vpls, &l->vpl_range));
+    NG_TRY(put(gpu, l->depth_views, sizeof l->depth_views, &l->depth_view_range));
+    return put(gpu, l->rsm_views, sizeof l->rsm_views, &l->rsm_view_range);
+}
+
+void ng_light_gpu_bindings(const struct ng_light_gpu *l, bool rsm, struct ng_gpu_binding out[3])
+{
+    const struct ng_frame_range *ranges[3] = {rsm ? &l->rsm_view_range : &l->depth_view_range, &l->data_range,
+                                              &l->vpl_range};
+    for (uint32_t i = 0; i < 3; i++)
+        out[i] = (struct ng_gpu_binding){.binding = 7 + i,
+                                         .buffer = ranges[i]->buffer,
+                                         .offset = ranges[i]->offset,
+                                         .range = ranges[i]->size};
+}

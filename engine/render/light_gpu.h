@@ -1,0 +1,35 @@
+// A light of the snapshot in the form that shaders take: VPLs, views, and a few numbers.
+//
+// Knows no light type: everything follows from the type's own functions (light/light.h).
+#ifndef NG_RENDER_LIGHT_GPU_H
+#define NG_RENDER_LIGHT_GPU_H
+
+#include "gpu/frame.h"
+#include "gpu/pipeline.h"
+#include "render/frame.h"
+#include "shaders/shared/scene.h"
+
+#define NG_LIGHT_VPLS 32 // for the sums of shaders; delta lights need one
+
+// Plain data; copied freely. The ranges are valid while the frame is recorded.
+struct ng_light_gpu {
+    struct ng_light_data data;
+    struct ng_vpl_data vpls[NG_LIGHT_VPLS];
+    struct ng_light_view_data depth_views[NG_LIGHT_MAX_VIEWS], rsm_views[NG_LIGHT_MAX_VIEWS];
+    uint32_t depth_view_count, rsm_view_count;
+    struct ng_frame_range data_range, vpl_range, depth_view_range, rsm_view_range;
+};
+
+// Observes a light. A scene wider than `cascade_radius` makes orthographic lights follow the camera with four
+// cascades; the RSM's views never follow it.
+void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, float aspect,
+                          float cascade_radius, struct ng_light_gpu *out);
+// Texel-snaps the cascades and tells the shaders the size of the depth map.
+void ng_light_gpu_set_face_size(struct ng_light_gpu *light, uint32_t face_size);
+// Writes the buffers of a frame; call once while the frame is recorded.
+NG_NODISCARD ng_result ng_light_gpu_record(struct ng_gpu *gpu, struct ng_light_gpu *light);
+
+// Bindings 7 (views), 8 (light) and 9 (VPLs) of set 0, as the shaders number them.
+void ng_light_gpu_bindings(const struct ng_light_gpu *light, bool rsm, struct ng_gpu_binding out[3]);
+
+#endif

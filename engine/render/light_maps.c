@@ -1,0 +1,413 @@
+// Each light's images are persistent resources of the graph. A hash of what the light's views show tells
+// whether they are still right; if so, no pass is declared and the last result is published again.
+#include "render/light_maps.h"
+
+#include "base/array.h"
+#include "base/hash.h"
+#include "base/log.h"
+#include "render/frame.h"
+#include "render/light_gpu.h"
+#include "render/scene_gpu.h"
+
+#include "depth_masked.frag.spv.h"
+#include "depth_masked.vert.spv.h"
+#include "depth_opaque.vert.spv.h"
+#include "observe_plain.frag.spv.h"
+#include "observe_plain.vert.spv.h"
+#include "observe_textured.frag.spv.h"
+#include "observe_textured.vert.spv.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MAX_FACE 1024u
+#define MIN_FACE 64u
+
+const struct ng_item_type ng_light_maps_item = {"light maps", sizeof(struct ng_light_maps)};
+
+// What is remembered of a light from frame to frame.
+struct memory {
+    ng_entity entity;
+    uint64_t depth_seen, surface_seen; // hashes of what the maps show
+    uint64_t last_frame;
+};
+
+// A light of this frame.
+struct observed {
+    struct ng_light_gpu gpu;
+    struct ng_light_maps maps;
+    char name[NG_TEXT_SIZE + 16];
+};
+
+struct ng_light_maps_provider {
+    struct ng_light_maps_params params;
+    struct ng_gpu_pipeline *depth, *depth_masked, *surface, *surface_textured;
+    NG_ARRAY(struct memory) memory;
+    NG_ARRAY(struct observed) lights;
+    uint64_t frame;
+};
+
+// ---- Pipelines
+// -----------------------------------------------------------------------------------------------
+
+static ng_result make_depth(struct ng_gpu *gpu, bool masked, struct ng_gpu_pipeline **out)
+{
+    static const struct ng_gpu_slot slots[] = {
+        {.binding = 0, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        {.binding = 1, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        {.binding = 2, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        NG_MATERIAL_SLOTS,
+    };
+    struct ng_gpu_graphics_params p = {
+        .name = masked ? "light depth masked" : "light depth",
+        .vertex = masked ? NG_SPIRV(ng_spv_depth_masked_vert) : NG_SPIRV(ng_spv_depth_opaque_vert),
+        .slots = slots,
+        .slot_count = masked ? NG_COUNT(slots) : 3,
+        .push_size = sizeof(uint32_t),
+        .dynamic_cull = true,
+        .depth_format = VK_FORMAT_D32_SFLOAT,
+        .depth_test = true,
+        .depth_write = true,
+    };
+    if (masked)
+        p.fragment = NG_SPIRV(ng_spv_depth_masked_frag);
+    ng_scene_gpu_vertex_input(masked ? NG_STREAMS_POSITION_UV : NG_STREAMS_POSITION, &p);
+    return ng_gpu_graphics_create(gpu, &p, out);
+}
+
+static ng_result make_surface(struct ng_gpu *gpu, bool textured, struct ng_gpu_pipeline **out)
+{
+    static const struct ng_gpu_slot slots[] = {
+        {.binding = 1, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        {.binding = 2, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        {.binding = 7, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        {.binding = 8, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+        {.binding = 9, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        NG_MATERIAL_SLOTS,
+    };
+    struct ng_gpu_graphics_params p = {
+        .name = textured ? "light surface textured" : "light surface",
+        .vertex = textured ? NG_SPIRV(ng_spv_observe_textured_vert) : NG_SPIRV(ng_spv_observe_plain_vert),
+        .fragment = textured ? NG_SPIRV(ng_spv_observe_textured_frag) : NG_SPIRV(ng_spv_observe_plain_frag),
+        .slots = slots,
+        .slot_count = textured ? NG_COUNT(slots) : 5,
+        .push_size = sizeof(uint32_t),
+        .dynamic_cull = true,
+        .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT,
+                          VK_FORMAT_R32G32B32A32_SFLOAT},
+        .color_count = 3,
+        .depth_format = VK_FORMAT_D32_SFLOAT,
+        .depth_test = true,
+        .depth_write = true,
+    };
+    ng_scene_gpu_vertex_input(textured ? NG_STREAMS_SURFACE_TEXTURED : NG_STREAMS_SURFACE, &p);
+    return ng_gpu_graphics_create(gpu, &p, out);
+}
+
+ng_result ng_light_maps_create(const struct ng_light_maps_params *params, struct ng_light_maps_provider **out)
+{
+    struct ng_light_maps_provider *self = calloc(1, sizeof *self);
+    if (!self)
+        return NG_ERROR_MEMORY;
+    self->params = *params;
+    if (!self->params.depth_budget)
+        self->params.depth_budget = (uint64_t)192 << 20;
+    if (!(self->params.cascade_radius > 0))
+        self->params.cascade_radius = 40.0f;
+    ng_result r = make_depth(params->gpu, false, &self->depth);
+    if (r == NG_OK)
+        r = make_depth(params->gpu, true, &self->depth_masked);
+    if (r == NG_OK)
+        r = make_surface(params->gpu, false, &self->surface);
+    if (r == NG_OK)
+        r = make_surface(params->gpu, true, &self->surface_textured);
+    if (r != NG_OK)
+        ng_light_maps_destroy(&self);
+    *out = self;
+    return r;
+}
+
+void ng_light_maps_destroy(struct ng_light_maps_provider **provider)
+{
+    struct ng_light_maps_provider *self = *provider;
+    if (!self)
+        return;
+    ng_gpu_pipeline_destroy(&self->depth);
+    ng_gpu_pipeline_destroy(&self->depth_masked);
+    ng_gpu_pipeline_destroy(&self->surface);
+    ng_gpu_pipeline_destroy(&self->surface_textured);
+    ng_array_finish(&self->memory);
+    ng_array_finish(&self->lights);
+    free(self);
+    *provider = NULL;
+}
+
+// ---- Passes
+// --------------------------------------------------------------------------------------------------
+
+struct pass_data {
+    struct ng_light_maps_provider *self;
+    const struct ng_frame_info *frame;
+    struct observed *light;
+};
+
+static ng_result record_lights(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    for (size_t i = 0; i < d->self->lights.count; i++)
+        NG_TRY(ng_light_gpu_record(ctx->gpu, &d->self->lights.items[i].gpu));
+    return NG_OK;
+}
+
+static ng_result draw_depth(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    struct ng_scene_gpu *scene = d->frame->scene;
+    const struct ng_light_gpu *light = &d->light->gpu;
+    struct ng_gpu_binding views[3];
+    ng_light_gpu_bindings(light, false, views);
+    struct ng_gpu_binding bindings[] = {views[0], ng_scene_gpu_instances(scene, 1),
+                                        ng_scene_gpu_materials(scene, 2)};
+    bindings[0].binding = 0;
+    for (uint32_t layer = 0; layer < light->depth_view_count; layer++)
+        NG_TRY(ng_scene_gpu_draw(
+            scene, &(struct ng_cmd){ctx->cmd, ctx->gpu},
+            &(struct ng_draw_params){.plain = d->self->depth,
+                                     .textured = d->self->depth_masked,
+                                     .depth_only = true,
+                                     .plain_streams = NG_STREAMS_POSITION,
+                                     .textured_streams = NG_STREAMS_POSITION_UV,
+                                     .bindings = bindings,
+                                     .binding_count = NG_COUNT(bindings),
+                                     .push = &layer,
+                                     .push_size = sizeof layer,
+                                     .view_projection = light->depth_views[layer].view_projection,
+                                     .skip_light = light->data.index}));
+    return NG_OK;
+}
+
+static ng_result draw_surface(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    struct ng_scene_gpu *scene = d->frame->scene;
+    const struct ng_light_gpu *light = &d->light->gpu;
+    struct ng_gpu_binding bindings[5] = {ng_scene_gpu_instances(scene, 1), ng_scene_gpu_materials(scene, 2)};
+    ng_light_gpu_bindings(light, true, bindings + 2);
+    for (uint32_t layer = 0; layer < light->rsm_view_count; layer++)
+        NG_TRY(ng_scene_gpu_draw(
+            scene, &(struct ng_cmd){ctx->cmd, ctx->gpu},
+            &(struct ng_draw_params){.plain = d->self->surface,
+                                     .textured = d->self->surface_textured,
+                                     .plain_streams = NG_STREAMS_SURFACE,
+                                     .textured_streams = NG_STREAMS_SURFACE_TEXTURED,
+                                     .bindings = bindings,
+                                     .binding_count = NG_COUNT(bindings),
+                                     .push = &layer,
+                                     .push_size = sizeof layer,
+                                     .view_projection = light->rsm_views[layer].view_projection,
+                                     .skip_light = light->data.index}));
+    return NG_OK;
+}
+
+// ---- A frame
+// -------------------------------------------------------------------------------------------------
+
+uint32_t ng_light_maps_face_size(uint64_t budget, uint32_t faces)
+{
+    uint32_t size = MAX_FACE;
+    while (size > MIN_FACE && (uint64_t)size * size * 4 * faces > budget)
+        size /= 2;
+    return size;
+}
+
+// Names of lights are people's; passes and images need unique ones.
+static void name_light(struct ng_light_maps_provider *self, size_t index, const char *wanted,
+                       ng_entity entity)
+{
+    char *name = self->lights.items[index].name;
+    size_t room = sizeof self->lights.items[index].name;
+    snprintf(name, room, "%s", wanted[0] ? wanted : "light");
+    for (size_t i = 0; i < index; i++)
+        if (strcmp(self->lights.items[i].name, name) == 0) {
+            snprintf(name, room, "%s#%u", wanted[0] ? wanted : "light", ng_entity_index(entity));
+            return;
+        }
+}
+
+static struct memory *remember(struct ng_light_maps_provider *self, ng_entity entity)
+{
+    for (size_t i = 0; i < self->memory.count; i++)
+        if (ng_entity_same(self->memory.items[i].entity, entity))
+            return &self->memory.items[i];
+    if (!ng_array_push(&self->memory, (struct memory){.entity = entity}))
+        return NULL;
+    return &self->memory.items[self->memory.count - 1];
+}
+
+static void forget_gone_lights(struct ng_light_maps_provider *self)
+{
+    for (size_t i = self->memory.count; i-- > 0;)
+        if (self->memory.items[i].last_frame != self->frame)
+            ng_array_swap_remove(&self->memory, i);
+}
+
+static uint64_t hash_views(const struct ng_frame_info *frame, const struct ng_light_gpu *l,
+                           const struct ng_light_view_data *views, uint32_t count)
+{
+    uint64_t hash = ng_hash_bytes(0, views, count * sizeof *views);
+    for (uint32_t i = 0; i < count; i++)
+        hash =
+            ng_hash_combine(hash, ng_scene_gpu_seen(frame->scene, views[i].view_projection, l->data.index));
+    return hash;
+}
+
+static struct ng_graph_ref persistent(struct ng_graph *g, const char *light, const char *what,
+                                      VkFormat format, uint32_t size, uint32_t layers, bool *valid)
+{
+    char name[160];
+    snprintf(name, sizeof name, "rsm:%s/%s", light, what);
+    return ng_graph_persistent_image(
+        g, name,
+        &(struct ng_graph_image){
+            .format = format, .width = size, .height = size, .layers = layers, .array = true, .clear = true},
+        valid);
+}
+
+static struct ng_pass *add_pass(struct ng_graph *g, const struct pass_data *data, const char *group,
+                                const char *what, ng_pass_fn run, uint32_t flags)
+{
+    char name[160];
+    snprintf(name, sizeof name, "%s:%s/%s", group, data->light->name, what);
+    return ng_graph_pass(g, &(struct ng_pass_params){.name = name,
+                                                     .kind = NG_PASS_RASTER,
+                                                     .run = run,
+                                                     .data = data,
+                                                     .data_size = sizeof *data,
+                                                     .flags = flags});
+}
+
+static void declare_bare_depth(struct ng_graph *g, const struct pass_data *data)
+{
+    char name[160];
+    snprintf(name, sizeof name, "bare:%s/map", data->light->name);
+    struct ng_graph_ref map = ng_graph_image(g, name,
+                                             &(struct ng_graph_image){.format = VK_FORMAT_D32_SFLOAT,
+                                                                      .width = data->light->maps.face_size,
+                                                                      .height = data->light->maps.face_size,
+                                                                      .layers = data->light->maps.depth_views,
+                                                                      .array = true,
+                                                                      .clear = true});
+    ng_pass_write(add_pass(g, data, "bare", "depth", draw_depth, NG_PASS_SIDE_EFFECT), map, NG_USE_DEPTH);
+}
+
+static void declare_light(struct ng_graph *g, const struct pass_data *data, struct memory *memory)
+{
+    struct ng_light_maps *m = &data->light->maps;
+    const struct ng_light_gpu *l = &data->light->gpu;
+    const struct ng_snapshot_light *light = &data->frame->snapshot->lights[m->light];
+    bool always = data->self->params.always, valid[4];
+    m->depth = persistent(g, m->name, "depth", VK_FORMAT_D32_SFLOAT, m->face_size, m->depth_views, &valid[0]);
+    m->position = persistent(g, m->name, "position", VK_FORMAT_R32G32B32A32_SFLOAT, NG_RSM_SIZE, m->rsm_views,
+                             &valid[1]);
+    m->normal =
+        persistent(g, m->name, "normal", VK_FORMAT_R16G16B16A16_SFLOAT, NG_RSM_SIZE, m->rsm_views, &valid[2]);
+    m->flux =
+        persistent(g, m->name, "flux", VK_FORMAT_R32G32B32A32_SFLOAT, NG_RSM_SIZE, m->rsm_views, &valid[3]);
+
+    uint64_t depth_seen = hash_views(data->frame, l, l->depth_views, l->depth_view_count);
+    uint64_t surface_seen =
+        ng_hash_combine(hash_views(data->frame, l, l->rsm_views, l->rsm_view_count), light->version);
+    if (always || !valid[0] || memory->depth_seen != depth_seen) {
+        m->depth = ng_pass_write(add_pass(g, data, "rsm", "depth", draw_depth, 0), m->depth, NG_USE_DEPTH);
+        m->redrawn = true;
+    }
+    if (always || !valid[1] || !valid[2] || !valid[3] || memory->surface_seen != surface_seen) {
+        struct ng_pass *pass = add_pass(g, data, "rsm", "surface", draw_surface, 0);
+        m->position = ng_pass_write(pass, m->position, NG_USE_COLOR);
+        m->normal = ng_pass_write(pass, m->normal, NG_USE_COLOR);
+        m->flux = ng_pass_write(pass, m->flux, NG_USE_COLOR);
+        char name[160];
+        snprintf(name, sizeof name, "rsm:%s/surface depth", m->name);
+        ng_pass_write(pass,
+                      ng_graph_image(g, name,
+                                     &(struct ng_graph_image){.format = VK_FORMAT_D32_SFLOAT,
+                                                              .width = NG_RSM_SIZE,
+                                                              .height = NG_RSM_SIZE,
+                                                              .layers = m->rsm_views,
+                                                              .array = true,
+                                                              .clear = true}),
+                      NG_USE_DEPTH);
+        m->redrawn = true;
+    }
+    memory->depth_seen = depth_seen;
+    memory->surface_seen = surface_seen;
+    memory->last_frame = data->self->frame;
+    if (data->self->params.bare_depth)
+        declare_bare_depth(g, data);
+}
+
+// Fills self->lights with the lights that are on.
+static ng_result observe_lights(struct ng_light_maps_provider *self, const struct ng_frame_info *frame)
+{
+    const struct ng_snapshot *s = frame->snapshot;
+    uint32_t faces = 0;
+    size_t count = 0;
+    if (!ng_array_resize(&self->lights, s->light_count))
+        return NG_ERROR_MEMORY;
+    for (uint32_t i = 0; i < s->light_count; i++) {
+        if (!(s->lights[i].power > 0))
+            continue;
+        struct observed *o = &self->lights.items[count];
+        ng_light_gpu_observe(s, i, (float)frame->width / (float)frame->height, self->params.cascade_radius,
+                             &o->gpu);
+        if (!o->gpu.depth_view_count || !o->gpu.data.vpl_count)
+            continue;
+        name_light(self, count, s->lights[i].name, s->lights[i].entity);
+        faces += o->gpu.depth_view_count;
+        count++;
+    }
+    self->lights.count = count;
+    uint32_t face_size = ng_light_maps_face_size(self->params.depth_budget, faces);
+    for (size_t i = 0; i < count; i++) {
+        struct observed *o = &self->lights.items[i];
+        ng_light_gpu_set_face_size(&o->gpu, face_size);
+        o->maps = (struct ng_light_maps){.light = o->gpu.data.index,
+                                         .name = o->name,
+                                         .depth_views = o->gpu.depth_view_count,
+                                         .rsm_views = o->gpu.rsm_view_count,
+                                         .face_size = face_size,
+                                         .gpu = &o->gpu};
+    }
+    return NG_OK;
+}
+
+static ng_result produce(struct ng_composer *composer, void *user)
+{
+    struct ng_light_maps_provider *self = user;
+    struct ng_graph *g = ng_composer_graph(composer);
+    struct pass_data data = {.self = self, .frame = ng_composer_get(composer, &ng_frame_item, 0)};
+    self->frame++;
+    NG_TRY(observe_lights(self, data.frame));
+    ng_graph_pass(g, &(struct ng_pass_params){.name = "upload/lights",
+                                              .kind = NG_PASS_COPY,
+                                              .run = record_lights,
+                                              .data = &data,
+                                              .data_size = sizeof data,
+                                              .flags = NG_PASS_SIDE_EFFECT});
+    for (size_t i = 0; i < self->lights.count; i++) {
+        data.light = &self->lights.items[i];
+        struct memory *memory = remember(self, data.frame->snapshot->lights[data.light->maps.light].entity);
+        if (!memory)
+            return NG_ERROR_MEMORY;
+        declare_light(g, &data, memory);
+        NG_TRY(ng_composer_publish(composer, &ng_light_maps_item, &data.light->maps));
+    }
+    forget_gone_lights(self);
+    return NG_OK;
+}
+
+struct ng_provider ng_light_maps_provider(struct ng_light_maps_provider *provider)
+{
+    return (struct ng_provider){.name = "light maps", .produce = produce, .user = provider};
+}

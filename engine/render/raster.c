@@ -1,0 +1,132 @@
+// One pass a light, "direct:<light>", adding to the sums of unshadowed and shadowed direct light.
+#include "render/raster.h"
+
+#include "render/frame.h"
+#include "render/light_gpu.h"
+#include "render/passes_internal.h"
+#include "render/scene_gpu.h"
+
+#include "direct.frag.spv.h"
+#include "fullscreen.vert.spv.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const struct ng_item_type ng_radiance_item = {"radiance", sizeof(struct ng_radiance)};
+
+struct ng_raster {
+    struct ng_gpu *gpu;
+    struct ng_gpu_pipeline *direct;
+};
+
+ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out)
+{
+    static const struct ng_gpu_slot slots[] = {
+        {.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+        {.binding = 1, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
+        {.binding = 2, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
+        {.binding = 3, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
+        {.binding = 4, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
+        {.binding = 5, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
+        {.binding = 7, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        {.binding = 8, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+        {.binding = 9, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+    };
+    struct ng_raster *self = calloc(1, sizeof *self);
+    if (!self)
+        return NG_ERROR_MEMORY;
+    self->gpu = gpu;
+    ng_result r = ng_gpu_graphics_create(
+        gpu,
+        &(struct ng_gpu_graphics_params){
+            .name = "direct",
+            .vertex = NG_SPIRV(ng_spv_fullscreen_vert),
+            .fragment = NG_SPIRV(ng_spv_direct_frag),
+            .slots = slots,
+            .slot_count = NG_COUNT(slots),
+            .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT},
+            .color_count = 2,
+            .blend_add = true},
+        &self->direct);
+    if (r != NG_OK)
+        ng_raster_destroy(&self);
+    *out = self;
+    return r;
+}
+
+void ng_raster_destroy(struct ng_raster **raster)
+{
+    struct ng_raster *self = *raster;
+    if (!self)
+        return;
+    ng_gpu_pipeline_destroy(&self->direct);
+    free(self);
+    *raster = NULL;
+}
+
+struct pass_data {
+    const struct ng_raster *self;
+    const struct ng_frame_info *frame;
+    const struct ng_gbuffer *gbuffer;
+    const struct ng_light_maps *maps;
+};
+
+static ng_result add_light(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    struct ng_cmd cmd = {ctx->cmd, ctx->gpu};
+    struct ng_gpu_binding bindings[9] = {
+        ng_scene_gpu_view(d->frame->scene, 0),         ng_pass_texture(ctx, d->gbuffer->position, 1),
+        ng_pass_texture(ctx, d->gbuffer->normal, 2),   ng_pass_texture(ctx, d->gbuffer->diffuse, 3),
+        ng_pass_texture(ctx, d->gbuffer->specular, 4), ng_pass_texture(ctx, d->maps->depth, 5),
+    };
+    ng_light_gpu_bindings(d->maps->gpu, false, bindings + 6);
+    NG_TRY(ng_cmd_bind(&cmd, d->self->direct, bindings, NG_COUNT(bindings)));
+    vkCmdDraw(cmd.handle, 3, 1, 0, 0);
+    return NG_OK;
+}
+
+static struct ng_graph_ref sum_image(struct ng_graph *g, const struct ng_frame_info *frame, const char *name)
+{
+    return ng_graph_image(g, name,
+                          &(struct ng_graph_image){.format = VK_FORMAT_R32G32B32A32_SFLOAT,
+                                                   .width = frame->width,
+                                                   .height = frame->height,
+                                                   .clear = true});
+}
+
+static ng_result consume(struct ng_composer *composer, void *user)
+{
+    struct pass_data data = {.self = user,
+                             .frame = ng_composer_get(composer, &ng_frame_item, 0),
+                             .gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0)};
+    if (strcmp(data.frame->method, "raster") != 0)
+        return NG_OK;
+    struct ng_graph *g = ng_composer_graph(composer);
+    struct ng_radiance out = {.unshadowed = sum_image(g, data.frame, "radiance/unshadowed"),
+                              .direct = sum_image(g, data.frame, "radiance/direct")};
+    for (size_t i = 0; i < ng_composer_count(composer, &ng_light_maps_item); i++) {
+        data.maps = ng_composer_get(composer, &ng_light_maps_item, i);
+        char name[160];
+        snprintf(name, sizeof name, "direct:%s", data.maps->name);
+        struct ng_pass *pass = ng_graph_pass(g, &(struct ng_pass_params){.name = name,
+                                                                         .kind = NG_PASS_RASTER,
+                                                                         .run = add_light,
+                                                                         .data = &data,
+                                                                         .data_size = sizeof data});
+        ng_pass_read(pass, data.gbuffer->position, NG_USE_SAMPLED);
+        ng_pass_read(pass, data.gbuffer->normal, NG_USE_SAMPLED);
+        ng_pass_read(pass, data.gbuffer->diffuse, NG_USE_SAMPLED);
+        ng_pass_read(pass, data.gbuffer->specular, NG_USE_SAMPLED);
+        ng_pass_read(pass, data.maps->depth, NG_USE_SAMPLED);
+        out.unshadowed = ng_pass_write(pass, out.unshadowed, NG_USE_COLOR);
+        out.direct = ng_pass_write(pass, out.direct, NG_USE_COLOR);
+    }
+    return ng_composer_publish(composer, &ng_radiance_item, &out);
+}
+
+struct ng_provider ng_raster_provider(struct ng_raster *raster)
+{
+    return (struct ng_provider){.name = "raster", .consume = consume, .user = raster};
+}

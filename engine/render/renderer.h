@@ -1,0 +1,95 @@
+// A picture of a snapshot: the engine's own providers in one frame of the render graph.
+//
+//     ng_renderer_create(&params, &renderer);
+//     ng_extract(extractor, &extract_params, &snapshot);
+//     ng_renderer_frame(renderer, &(struct ng_render_params){.snapshot = snapshot, .width = 512, .height =
+//     512,
+//                                                            .layers = layers, .layer_count = 2});
+//     ng_renderer_layer(renderer, "beauty", &layer);          // pixels on the host
+//
+// Other features join by registering providers (ng_renderer_composer): see render/frame.h for what they meet
+// at. A renderer belongs to one thread. In the steady state a frame allocates nothing.
+#ifndef NG_RENDER_RENDERER_H
+#define NG_RENDER_RENDERER_H
+
+#include "graph/provider.h"
+#include "render/light_maps.h"
+#include "render/snapshot.h"
+
+struct ng_gpu;
+struct ng_gpu_image;
+struct ng_jobs;
+struct ng_renderer;
+
+struct ng_renderer_params {
+    struct ng_gpu *gpu;    // needed; borrowed
+    struct ng_jobs *jobs;  // borrowed; null: CPU passes run on the caller's thread
+    uint64_t depth_budget; // bytes for all lights' depth maps; 0: 192 MiB
+    float cascade_radius;  // metres; 0: 40 (light_maps.h)
+    // For benchmarks and tests; pictures do not depend on them:
+    bool no_culling, no_aliasing; // of the graph
+    bool redraw_lights;           // draw every light's maps in every frame
+    bool bare_passes; // adds "bare:camera" and "bare:<light>/depth": depth alone, to measure against
+};
+
+NG_NODISCARD ng_result ng_renderer_create(const struct ng_renderer_params *params, struct ng_renderer **out);
+// Waits until the GPU is done with it.
+void ng_renderer_destroy(struct ng_renderer **renderer);
+
+struct ng_render_params {
+    const struct ng_snapshot *snapshot; // needed; borrowed for the call
+    uint32_t width, height;             // pixels, at least 1
+    const char *method;                 // null: "raster"
+    const char *const *layers;          // names to fetch with ng_renderer_layer, borrowed for the call
+    uint32_t layer_count;
+    // Draws over the picture before it is shown or fetched, inside of the frame's declaration; null: nothing.
+    // Returns the new version of `display` (RGBA8 UNORM, sRGB-encoded).
+    struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph, struct ng_graph_ref display);
+    void *overlay_user;
+    // Where the picture goes, scaled to fit if sizes differ: a swapchain's image, left ready to present.
+    // Null: nowhere.
+    const struct ng_gpu_image *target;
+};
+
+// Makes one frame. Does not wait for the GPU unless a CPU pass does.
+NG_NODISCARD ng_result ng_renderer_frame(struct ng_renderer *renderer, const struct ng_render_params *params);
+
+// ---- Results
+// -------------------------------------------------------------------------------------------------
+
+// A layer of engine/README.md ("Layers of a picture"), or "display".
+struct ng_layer_info {
+    const char *name; // "beauty", "direct", "unshadowed", "shadow", ...
+    const char
+        *channels[4]; // EXR channel names within the layer: "R", "G", "B"; "X"; "Z"; "id"; null-terminated
+    bool uint;        // 32-bit unsigned instead of float
+    const char *doc;  // one line
+};
+// All layers, in order; null past the end.
+const struct ng_layer_info *ng_renderer_layer_info(uint32_t index);
+const struct ng_layer_info *ng_renderer_find_layer(const char *name);
+
+struct ng_layer {
+    const struct ng_layer_info *info;
+    uint32_t width, height, channels;
+    // [height][width][channels], row 0 on top; uint32_t for uint layers. Owned by the renderer, valid until
+    // its next frame.
+    const float *pixels;
+    const uint32_t *ids;
+};
+// Waits for the last frame and converts. The layer must have been named in its ng_render_params. A layer that
+// the frame's method does not compute (raster: "indirect") is an error that says so, NG_ERROR_UNSUPPORTED.
+NG_NODISCARD ng_result ng_renderer_layer(struct ng_renderer *renderer, const char *name,
+                                         struct ng_layer *out);
+// The picture as shown: RGBA bytes, sRGB-encoded, [height][width][4]; "display" must have been named.
+NG_NODISCARD ng_result ng_renderer_display(struct ng_renderer *renderer, const uint8_t **rgba,
+                                           uint32_t *width, uint32_t *height);
+// What is at a pixel of the last frame, in which "entity" must have been named: an index half of an entity's
+// id, 0 where there is nothing.
+NG_NODISCARD ng_result ng_renderer_pick(struct ng_renderer *renderer, uint32_t x, uint32_t y, ng_entity *out);
+
+// For providers of other features, pass times and dumps. Borrowed.
+struct ng_composer *ng_renderer_composer(struct ng_renderer *renderer);
+struct ng_graph *ng_renderer_graph(struct ng_renderer *renderer);
+
+#endif

@@ -1,0 +1,76 @@
+// The snapshot on the GPU: geometry, textures, instances and materials, and the one loop that draws them.
+//
+// Meshes and images are uploaded when they are first seen and dropped when they have not been seen for a
+// while; what changes every frame goes through the frame's own memory. Nothing here knows what a pass is for.
+#ifndef NG_RENDER_SCENE_GPU_H
+#define NG_RENDER_SCENE_GPU_H
+
+#include "gpu/frame.h"
+#include "gpu/pipeline.h"
+#include "render/snapshot.h"
+#include "shaders/shared/scene.h"
+
+struct ng_scene_gpu;
+
+NG_NODISCARD ng_result ng_scene_gpu_create(struct ng_gpu *gpu, struct ng_scene_gpu **out);
+void ng_scene_gpu_destroy(struct ng_scene_gpu **scene);
+
+// Takes a snapshot in, before the frame is recorded: uploads what is new, sorts the instances for drawing.
+// The snapshot is borrowed until the next call.
+NG_NODISCARD ng_result ng_scene_gpu_update(struct ng_scene_gpu *scene, const struct ng_snapshot *snapshot,
+                                           uint32_t width, uint32_t height);
+// Writes the frame's data (view, instances, materials, moved vertices); call once while the frame is
+// recorded, before the first draw.
+NG_NODISCARD ng_result ng_scene_gpu_record(struct ng_scene_gpu *scene);
+
+// The vertex streams of a pipeline that draws scene geometry.
+enum ng_vertex_streams {
+    NG_STREAMS_POSITION,         // location 0
+    NG_STREAMS_POSITION_UV,      // 0 and, as location 1, texture coordinates
+    NG_STREAMS_SURFACE,          // 0 position, 1 previous position, 2 normal
+    NG_STREAMS_SURFACE_TEXTURED, // and 3 tangent, 4 texture coordinates
+};
+// Fills the vertex input of `params` for these streams; the arrays are static.
+void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_graphics_params *params);
+// Slots of set 1, a material's textures (base colour, metallic-roughness, normal, emissive): append these to
+// the slots of a pipeline for NG_STREAMS_*_TEXTURED or masked materials.
+#define NG_MATERIAL_SLOTS NG_MATERIAL_SLOT(0), NG_MATERIAL_SLOT(1), NG_MATERIAL_SLOT(2), NG_MATERIAL_SLOT(3)
+#define NG_MATERIAL_SLOT(n)                                                                                  \
+    {                                                                                                        \
+        .set = 1, .binding = (n), .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,                         \
+        .stages = VK_SHADER_STAGE_FRAGMENT_BIT                                                               \
+    }
+
+// Bindings of set 0 that every pass over the scene has.
+struct ng_gpu_binding ng_scene_gpu_view(const struct ng_scene_gpu *scene, uint32_t binding);
+struct ng_gpu_binding ng_scene_gpu_instances(const struct ng_scene_gpu *scene, uint32_t binding);
+struct ng_gpu_binding ng_scene_gpu_materials(const struct ng_scene_gpu *scene, uint32_t binding);
+// View-projection of the camera, column-major; for ng_draw_params.
+const float *ng_scene_gpu_camera(const struct ng_scene_gpu *scene);
+// Image of the snapshot as a sampled texture; NG_NONE: white.
+struct ng_gpu_binding ng_scene_gpu_image(const struct ng_scene_gpu *scene, uint32_t image, uint32_t binding);
+
+// One black texel.
+struct ng_gpu_binding ng_scene_gpu_black(const struct ng_scene_gpu *scene, uint32_t binding);
+
+struct ng_draw_params {
+    const struct ng_gpu_pipeline *plain;    // materials without textures
+    const struct ng_gpu_pipeline *textured; // materials with textures or a mask
+    bool depth_only;                        // a mask matters, other textures do not
+    enum ng_vertex_streams plain_streams, textured_streams;
+    const struct ng_gpu_binding *bindings; // set 0, for both pipelines
+    uint32_t binding_count;
+    const void *push; // push constants, for both pipelines
+    uint32_t push_size;
+    const float *view_projection; // instances outside of it are not drawn
+    uint32_t skip_light;          // the emitter of this light is not drawn; NG_NONE: all are
+    bool cull_back;               // one-sided surfaces are seen from the front only
+};
+NG_NODISCARD ng_result ng_scene_gpu_draw(struct ng_scene_gpu *scene, struct ng_cmd *cmd,
+                                         const struct ng_draw_params *params);
+
+// A hash of everything that a view of the scene shows (ids, versions): equal hashes, equal pictures.
+uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *scene, const float *view_projection,
+                           uint32_t skip_light);
+
+#endif

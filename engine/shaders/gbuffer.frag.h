@@ -1,0 +1,41 @@
+#include "surface.frag.h"
+
+layout(set = 0, binding = 0, scalar) uniform View { ng_view_data view; };
+
+layout(location = 0) out vec4 out_position;  // world; w: 1 where there is a surface
+layout(location = 1) out vec4 out_normal;    // shading normal; w: roughness
+layout(location = 2) out vec4 out_diffuse;   // w: x of the octahedral geometric normal
+layout(location = 3) out vec4 out_specular;  // F0; w: y of the octahedral geometric normal
+layout(location = 4) out vec4 out_emission;
+layout(location = 5) out vec2 out_motion;    // pixels, now - before, x right, y down
+layout(location = 6) out uint out_entity;
+
+vec2 to_pixel(mat4 m, vec3 p)
+{
+    vec4 clip = m * vec4(p, 1);
+    return (clip.xy / clip.w * 0.5 + 0.5) * view.size;
+}
+
+vec2 octahedral(vec3 n)
+{
+    n /= abs(n.x) + abs(n.y) + abs(n.z);
+    vec2 s = vec2(n.x >= 0 ? 1 : -1, n.y >= 0 ? 1 : -1);
+    return n.z >= 0 ? n.xy : (1 - abs(n.yx)) * s;
+}
+
+void main()
+{
+    ng_instance_data instance = instances[in_instance];
+    surface s = surface_load(materials[instance.material], instance.flags);
+    vec3 flat_normal = normalize(cross(dFdx(in_position), dFdy(in_position)));
+    if (dot(flat_normal, view.position - in_position) < 0)
+        flat_normal = -flat_normal;
+    vec2 o = octahedral(flat_normal);
+    out_position = vec4(in_position, 1);
+    out_normal = vec4(s.normal, s.roughness);
+    out_diffuse = vec4(s.diffuse, o.x);
+    out_specular = vec4(s.f0, o.y);
+    out_emission = vec4(min(s.emission, 65504.0), 0);
+    out_motion = to_pixel(view.view_projection, in_position) - to_pixel(view.previous_view_projection, in_previous);
+    out_entity = instance.entity;
+}

@@ -1,0 +1,24 @@
+// The small maps of a reflective shadow map: surfaces as the light sees them, all views in one pass.
+#include "surface.vert.h"
+
+layout(set = 0, binding = 7, scalar) readonly buffer Views { ng_light_view_data views[]; };
+layout(push_constant, scalar) uniform Push { uint layer; } push;
+
+layout(location = 6) flat out uint out_layer;
+
+void main()
+{
+    vec4 matrix[3] = instances[gl_InstanceIndex].matrix;
+    vec3 position = transform_point(matrix, in_position);
+    out_position = position;
+    out_previous = position;
+    out_normal = transform_normal(matrix, in_normal);
+    out_instance = gl_InstanceIndex;
+#ifdef NG_TEXTURED
+    out_tangent = vec4(transform_point(matrix, in_tangent.xyz) - transform_point(matrix, vec3(0)), in_tangent.w);
+    out_uv = in_uv;
+#endif
+    out_layer = push.layer;
+    gl_Position = views[push.layer].view_projection * vec4(position, 1);
+    gl_Layer = int(push.layer);
+}

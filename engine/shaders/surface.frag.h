@@ -1,0 +1,73 @@
+// Fragment side of surface.vert.h: a surface's material at a point, from factors and textures.
+#include "shared/scene.h"
+#include "shared/brdf.h"
+
+layout(set = 0, binding = 1, scalar) readonly buffer Instances { ng_instance_data instances[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer Materials { ng_material_data materials[]; };
+
+layout(location = 0) in vec3 in_position;
+layout(location = 1) in vec3 in_previous;
+layout(location = 2) in vec3 in_normal;
+layout(location = 3) flat in uint in_instance;
+#ifdef NG_TEXTURED
+layout(set = 1, binding = 0) uniform sampler2D base_color_map;
+layout(set = 1, binding = 1) uniform sampler2D metallic_roughness_map;
+layout(set = 1, binding = 2) uniform sampler2D normal_map;
+layout(set = 1, binding = 3) uniform sampler2D emissive_map;
+layout(location = 4) in vec4 in_tangent;
+layout(location = 5) in vec2 in_uv;
+#endif
+
+struct surface {
+    vec3 normal;   // shading normal, towards the side that is seen
+    vec3 diffuse;  // albedo of the diffuse lobe
+    vec3 f0;
+    vec3 emission; // radiance towards the front; nothing behind a one-sided surface
+    float roughness;
+    bool front; // the side that the triangle's order calls front, mirrored placements considered
+};
+
+surface surface_load(ng_material_data m, uint flags)
+{
+    vec3 base = m.base_color, emission = m.emission;
+    float metallic = m.metallic, roughness = m.roughness;
+    vec3 normal = normalize(in_normal);
+#ifdef NG_TEXTURED
+    vec4 color = texture(base_color_map, in_uv);
+    if (m.alpha_cutoff > 0 && color.a * m.alpha < m.alpha_cutoff)
+        discard;
+    base *= color.rgb;
+    vec4 metal_rough = texture(metallic_roughness_map, in_uv);
+    metallic *= metal_rough.b;
+    roughness *= metal_rough.g;
+    emission *= texture(emissive_map, in_uv).rgb;
+    if ((m.flags & NG_MATERIAL_NORMAL_MAP) != 0) {
+        // The bitangent from the interpolated normal and tangent, as the glTF specification asks (3.7.2.1).
+        vec3 tangent = in_tangent.xyz - normal * dot(normal, in_tangent.xyz);
+        float size = dot(tangent, tangent);
+        if (size > 0) {
+            tangent *= inversesqrt(size);
+            vec3 bitangent = cross(normal, tangent) * in_tangent.w;
+            vec3 t = texture(normal_map, in_uv).xyz * 2 - 1;
+            t.xy *= m.normal_scale;
+            normal = normalize(tangent * t.x + bitangent * t.y + normal * t.z);
+        }
+    }
+#endif
+    bool front = gl_FrontFacing != ((flags & NG_INSTANCE_MIRRORED) != 0);
+    if (!front) {
+        normal = -normal;
+        if ((m.flags & NG_MATERIAL_DOUBLE_SIDED) == 0)
+            emission = vec3(0);
+    }
+    surface s;
+    s.normal = normal;
+    for (int i = 0; i < 3; i++) {
+        s.diffuse[i] = ng_brdf_albedo(base[i], metallic);
+        s.f0[i] = ng_brdf_f0(base[i], metallic);
+    }
+    s.emission = emission;
+    s.roughness = clamp(roughness, NG_ROUGHNESS_MIN, 1.0);
+    s.front = front;
+    return s;
+}
