@@ -53,7 +53,8 @@ struct ng_query_iter {
     // The place in the loop; not the caller's business.
     struct ng_query *query;
     uint32_t *marks[NG_QUERY_MAX_TERMS], *high[NG_QUERY_MAX_TERMS];
-    uint32_t match, chunk, since, tick;
+    uint32_t match, chunk, since;
+    const uint32_t *tick;
 };
 
 // Errors: unknown component, too many terms (USAGE), memory.
@@ -82,7 +83,7 @@ bool ng_query_row_changed(const struct ng_query_iter *it, uint32_t row);
 // event and are not recorded by a transaction: loops compute, people edit.
 static inline void ng_query_mark(struct ng_query_iter *it, uint32_t term, uint32_t row)
 {
-    it->marks[term][row] = *it->high[term] = it->tick;
+    it->marks[term][row] = *it->high[term] = *it->tick;
 }
 void ng_query_mark_all(struct ng_query_iter *it, uint32_t term);
 
