@@ -18,15 +18,14 @@ struct ng_gpu_buffer_params {
 
 // Read only for callers.
 struct ng_gpu_buffer {
+    struct ng_gpu_live live; // device and name
     VkBuffer handle;
     uint64_t size;
     VkBufferUsageFlags usage;
     enum ng_gpu_memory_kind memory;
     void *mapped; // `size` bytes; null for NG_GPU_MEMORY_DEVICE
     VkDeviceAddress address;
-    struct ng_gpu *gpu;
     struct ng_gpu_memory own; // zero if placed
-    char name[48];
 };
 
 NG_NODISCARD ng_result ng_gpu_buffer_create(struct ng_gpu *gpu, const struct ng_gpu_buffer_params *params,

@@ -11,6 +11,7 @@
 struct ng_cmd {
     VkCommandBuffer handle;
     struct ng_gpu *gpu;
+    struct ng_gpu_recorder *recorder;
 };
 
 // Labels nest; debuggers and validation messages show them. Every begin has its end in the same ng_cmd.

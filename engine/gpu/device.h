@@ -21,6 +21,14 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+// What every object of this layer begins with, so that the device can name those that outlive it.
+struct ng_gpu_live {
+    struct ng_gpu_live *previous, *next;
+    struct ng_gpu *gpu;
+    uint32_t kind;
+    char name[48]; // cut where longer
+};
+
 struct ng_gpu_params {
     const char *application; // for the driver's own tools; null: "lightformer"
     // Which device: an index as ng_gpu_list gives it, or a part of a name, in any case. Null: the environment
@@ -35,6 +43,7 @@ struct ng_gpu_params {
     // too.
     const char *const *instance_extensions;
     uint32_t instance_extension_count;
+    bool no_push_descriptors; // for tests: as on a driver without VK_KHR_push_descriptor
 };
 
 struct ng_gpu_internal;
@@ -73,9 +82,10 @@ uint32_t ng_gpu_validation_messages(const struct ng_gpu *gpu);
 struct ng_gpu_info {
     uint32_t index; // what --device and NG_DEVICE take
     char name[VK_MAX_PHYSICAL_DEVICE_NAME_SIZE];
-    char driver[VK_MAX_DRIVER_NAME_SIZE + VK_MAX_DRIVER_INFO_SIZE]; // "llvmpipe, Mesa 22.3.6 (LLVM 15.0.6)"
-    const char *type;                                               // "discrete GPU", ..., "CPU"; static text
-    uint32_t api_version;                                           // VK_API_VERSION_MAJOR(...) and so on
+    char driver[VK_MAX_DRIVER_NAME_SIZE + VK_MAX_DRIVER_INFO_SIZE +
+                2];                      // "llvmpipe, Mesa 22.3.6 (LLVM 15.0.6)"
+    const char *type;                    // "discrete GPU", ..., "CPU"; static text
+    uint32_t api_version;                // VK_API_VERSION_MAJOR(...) and so on
     uint64_t device_memory, host_memory; // bytes of the heaps that are local to the device, and of the others
     VkPhysicalDeviceLimits limits;
     bool usable;       // has all that the engine needs

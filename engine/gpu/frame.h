@@ -22,8 +22,9 @@
 
 // Waits for the slot's previous frame, frees what waited for it, publishes its timings. `*cmd` is borrowed.
 NG_NODISCARD ng_result ng_frame_begin(struct ng_gpu *gpu, struct ng_cmd **cmd);
-// Submits what was recorded so far and goes on in a fresh command buffer. `serial` may be null.
-// Work before is not ordered against work after except by barriers, as within one command buffer.
+// Submits what was recorded so far and goes on in a fresh command buffer. `serial` may be null. On failure
+// the frame is over and `*cmd` is null. Work before is not ordered against work after except by barriers, as
+// within one command buffer.
 NG_NODISCARD ng_result ng_frame_submit(struct ng_gpu *gpu, struct ng_cmd **cmd, uint64_t *serial);
 // Submits the rest; zeroes `*cmd`. On failure too the frame is over.
 NG_NODISCARD ng_result ng_frame_end(struct ng_gpu *gpu, struct ng_cmd **cmd);

@@ -25,20 +25,19 @@ struct ng_gpu_view_entry;
 
 // Read only for callers.
 struct ng_gpu_image {
+    struct ng_gpu_live live; // device and name
     VkImage handle;
     VkImageView
-        view; // all of it (2D, 2D array, cube, cube array or 3D), for sampling; null where usage has no view
+        view; // all of it, for sampling (2D, array, cube, 3D by the shape); null where usage has no view
     uint32_t width, height, depth, layers, mips;
     VkFormat format;
     VkImageUsageFlags usage;
     VkImageAspectFlags aspect; // colour, or depth (and stencil) by the format
     bool cube;
-    bool imported; // handle belongs to another (a swapchain)
-    struct ng_gpu *gpu;
+    bool imported;            // handle belongs to another (a swapchain)
     struct ng_gpu_memory own; // zero if placed or imported
     struct ng_gpu_view_entry *views;
     uint32_t view_count, view_capacity;
-    char name[48];
 };
 
 NG_NODISCARD ng_result ng_gpu_image_create(struct ng_gpu *gpu, const struct ng_gpu_image_params *params,
@@ -54,7 +53,6 @@ struct ng_gpu_view_params {
     VkImageViewType type;      // 2D is 1 in Vulkan; 0 (1D) means: by the image and the number of layers
     uint32_t mip, mips;        // first level and how many; mips 0: the rest
     uint32_t layer, layers;    // first layer (cube face: layer = 6 * cube + face) and how many; 0: the rest
-    VkFormat format;           // 0: the image's
     VkImageAspectFlags aspect; // 0: the image's (depth only where it has depth and stencil)
 };
 

@@ -22,7 +22,7 @@ struct ng_gpu_memory_block;
 // A range of device memory. Zero is none. Copy it freely, free it once.
 struct ng_gpu_memory {
     VkDeviceMemory memory;
-    uint64_t offset, size; // size: as asked for
+    uint64_t offset, size; // size: at least what was asked for
     void *mapped;          // the first byte of the range; null for NG_GPU_MEMORY_DEVICE
     struct ng_gpu_memory_block *block;
 };
@@ -31,7 +31,7 @@ struct ng_gpu_memory {
 NG_NODISCARD ng_result ng_gpu_memory_allocate(struct ng_gpu *gpu, const VkMemoryRequirements *requirements,
                                               enum ng_gpu_memory_kind kind, const char *name,
                                               struct ng_gpu_memory *out);
-// Frees at once if `now`, else when the frame being recorded is done. Zeroes `*memory`; accepts zero.
+// The range is free for others once the frame being recorded is done. Zeroes `*memory`; accepts zero.
 void ng_gpu_memory_free(struct ng_gpu *gpu, struct ng_gpu_memory *memory);
 
 #endif

@@ -85,17 +85,17 @@ struct ng_gpu_compute_params {
 
 // Read only for callers.
 struct ng_gpu_pipeline {
+    struct ng_gpu_live live; // device and name
     VkPipeline handle;
     VkPipelineLayout layout;
     VkPipelineBindPoint bind_point;
     VkShaderStageFlags push_stages;
+    bool push_set; // set 0 is written by push descriptors
     uint32_t push_size;
     VkDescriptorSetLayout set_layouts[NG_GPU_MAX_SETS];
     uint32_t set_count;
     struct ng_gpu_slot slots[NG_GPU_MAX_SLOTS];
     uint32_t slot_count;
-    struct ng_gpu *gpu;
-    char name[48];
 };
 
 // Compiles; takes milliseconds to seconds, so not in the frame loop. `params` and what it points to are not
@@ -122,11 +122,10 @@ struct ng_gpu_binding {
 // An immutable descriptor set for sets 1 to 3. It fits every pipeline that declares that set with the same
 // slots. The buffers and views in it must outlive it.
 struct ng_gpu_bind_group {
+    struct ng_gpu_live live;
     VkDescriptorSet handle;
     uint32_t set;
-    struct ng_gpu *gpu;
     VkDescriptorPool pool;
-    char name[48];
 };
 
 NG_NODISCARD ng_result ng_gpu_bind_group_create(struct ng_gpu *gpu, const char *name,

@@ -23,11 +23,11 @@ struct ng_swapchain_params {
 
 // Read only for callers.
 struct ng_swapchain {
+    struct ng_gpu_live live; // device and name
     uint32_t width, height;
     VkFormat format;
     VkPresentModeKHR present_mode;
     bool srgb;
-    struct ng_gpu *gpu;
     struct ng_swapchain_internal *internal;
 };
 
