@@ -1,0 +1,335 @@
+// The chess scene: a closed room after the Cornell box, two area lights, a board turned towards the camera so
+// that both armies show their profiles, and the dance of choreography.h. Metres.
+//
+//   room    0.92 wide, 0.64 high, from z = -0.44 to 1.3; the camera stands inside, so no picture sees an edge
+//   board   0.54 square, 24 mm high, squares of 60 mm
+#include "choreography.h"
+#include "content.h"
+#include "glb.h"
+#include "texture.h"
+
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#define SQUARE     0.06
+#define BOARD_TOP  0.026
+#define BOARD_TURN (-0.36) // radians about Y: files run from left to right, light pieces on the left
+#define ROOM_X     0.46
+#define ROOM_Y     0.64
+#define ROOM_BACK  (-0.44)
+#define ROOM_FRONT 1.3
+
+struct chess {
+    struct glb glb;
+    int wood_light, wood_dark, frame, ivory, ebony; // materials
+    int board;                                      // node
+};
+
+// ---- the room ----
+
+// One wall: four corners counter-clockwise as seen from inside.
+static void add_wall(struct glb *g, const char *name, const struct glb_material *look,
+                     const double corners[4][3])
+{
+    struct cage c = {0};
+    for (int i = 0; i < 4; i++)
+        cage_point(&c, vec3_make(corners[i][0], corners[i][1], corners[i][2]));
+    cage_quad(&c, 0, 1, 2, 3);
+    int material = glb_add_material(g, look);
+    glb_add_node(g, &(struct glb_node){.name = name, .mesh = glb_cage_mesh(g, name, &c, material, 0) + 1});
+    cage_finish(&c);
+}
+
+static void add_room(struct glb *g)
+{
+    const double x = ROOM_X, y = ROOM_Y, b = ROOM_BACK, f = ROOM_FRONT;
+    const struct glb_material left = {
+        .name = "wall-left", .base_color = {0.63, 0.11, 0.055}, .roughness = 0.9};
+    const struct glb_material right = {
+        .name = "wall-right", .base_color = {0.05, 0.26, 0.30}, .roughness = 0.9};
+    const struct glb_material back = {
+        .name = "wall-back", .base_color = {0.73, 0.70, 0.66}, .roughness = 0.9};
+    const struct glb_material front = {
+        .name = "wall-front", .base_color = {0.60, 0.58, 0.55}, .roughness = 0.9};
+    const struct glb_material floor = {.name = "floor", .base_color = {0.62, 0.58, 0.53}, .roughness = 0.45};
+    const struct glb_material ceiling = {
+        .name = "ceiling", .base_color = {0.76, 0.75, 0.73}, .roughness = 0.9};
+    add_wall(g, "wall-left", &left, (const double[4][3]){{-x, 0, f}, {-x, 0, b}, {-x, y, b}, {-x, y, f}});
+    add_wall(g, "wall-right", &right, (const double[4][3]){{x, 0, b}, {x, 0, f}, {x, y, f}, {x, y, b}});
+    add_wall(g, "wall-back", &back, (const double[4][3]){{-x, 0, b}, {x, 0, b}, {x, y, b}, {-x, y, b}});
+    add_wall(g, "wall-front", &front, (const double[4][3]){{x, 0, f}, {-x, 0, f}, {-x, y, f}, {x, y, f}});
+    add_wall(g, "floor", &floor, (const double[4][3]){{-x, 0, f}, {x, 0, f}, {x, 0, b}, {-x, 0, b}});
+    add_wall(g, "ceiling", &ceiling, (const double[4][3]){{-x, y, b}, {x, y, b}, {x, y, f}, {-x, y, f}});
+}
+
+// ---- the board ----
+
+// All 32 squares of one colour: each a low tile with bevelled rim, its grain shifted so that no two match.
+static void add_squares(struct chess *s, bool dark, int material)
+{
+    enum { TILES = 32 };
+    static const double inset = 0.0011, depth = 0.0009;
+    NG_ARRAY(double) positions = {0};
+    NG_ARRAY(double) uvs = {0};
+    NG_ARRAY(uint32_t) indices = {0};
+    bool ok = ng_array_resize(&positions, TILES * 8 * 3) && ng_array_resize(&uvs, TILES * 8 * 2) &&
+              ng_array_resize(&indices, TILES * 30);
+    s->glb.failed |= !ok;
+    double *p = positions.items, *uv = uvs.items;
+    uint32_t *index = indices.items, tile = 0;
+    for (int square = 0; ok && square < 64; square++) {
+        int file = square % 8, rank = square / 8;
+        if (((file + rank) % 2 == 0) != dark)
+            continue;
+        double shift_u = 0.37 * file + 0.11 * rank, shift_v = 0.23 * rank + 0.61 * file;
+        for (int k = 0; k < 8; k++) {
+            static const double sides[4][2] = {{-1, 1}, {1, 1}, {1, -1}, {-1, -1}};
+            double half = 0.5 * SQUARE - (k < 4 ? 0.0 : inset);
+            double dx = sides[k % 4][0] * half, dz = sides[k % 4][1] * half;
+            *p++ = (file - 3.5) * SQUARE + dx;
+            *p++ = BOARD_TOP - (k < 4 ? depth : 0.0);
+            *p++ = (3.5 - rank) * SQUARE + dz;
+            *uv++ = shift_u + dx / 0.24;
+            *uv++ = shift_v + dz / 0.24;
+        }
+        static const uint32_t quads[5][4] = {
+            {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+        for (int q = 0; q < 5; q++)
+            for (int k = 0; k < 6; k++)
+                *index++ = tile * 8 + quads[q][(const int[6]){0, 1, 2, 0, 2, 3}[k]];
+        tile++;
+    }
+    if (ok) {
+        const char *name = dark ? "squares-dark" : "squares-light";
+        int mesh = glb_add_mesh(
+            &s->glb, &(struct glb_mesh){
+                         .name = name,
+                         .positions = glb_doubles(&s->glb, positions.items, TILES * 8, 3, true) + 1,
+                         .uvs = glb_doubles(&s->glb, uvs.items, TILES * 8, 2, false) + 1,
+                         .indices = glb_integers(&s->glb, indices.items, TILES * 30, 1) + 1,
+                         .material = material,
+                     });
+        glb_add_node(&s->glb, &(struct glb_node){.name = name, .parent = s->board + 1, .mesh = mesh + 1});
+    }
+    ng_array_finish(&positions);
+    ng_array_finish(&uvs);
+    ng_array_finish(&indices);
+}
+
+// A square moulding around the playing field: an outline swept around the board as a cage.
+static void add_frame(struct chess *s)
+{
+    static const double outline[][3] = {
+        // distance from the centre, height, sharpness
+        {0.2400, 0.0000, 5},   {0.2400, 0.0272, 3}, {0.2416, 0.0284, 2.5}, {0.2560, 0.0284, 2},
+        {0.2590, 0.0262, 1.5}, {0.2680, 0.0240, 2}, {0.2700, 0.0215, 2.5}, {0.2700, 0.0060, 2.5},
+        {0.2740, 0.0050, 2.5}, {0.2740, 0.0000, 5},
+    };
+    enum { N = 4 };
+    struct cage c = {0};
+    const uint32_t rings = (uint32_t)NG_COUNT(outline);
+    static const double sides[N][2] = {{-1, 1}, {1, 1}, {1, -1}, {-1, -1}};
+    for (uint32_t r = 0; r < rings; r++)
+        for (int i = 0; i < N; i++)
+            cage_point(&c,
+                       vec3_make(sides[i][0] * outline[r][0], outline[r][1], sides[i][1] * outline[r][0]));
+    for (uint32_t r = 0; r < rings; r++) {
+        uint32_t next = (r + 1) % rings;
+        cage_bridge(&c, N, next * N, r * N);
+        cage_crease_ring(&c, N, r * N, outline[r][2]);
+        for (uint32_t i = 0; i < N; i++)
+            cage_add_crease(&c, r * N + i, next * N + i, 4);
+    }
+    int mesh = glb_cage_mesh(&s->glb, "frame", &c, s->frame, 3);
+    glb_add_node(&s->glb, &(struct glb_node){.name = "frame", .parent = s->board + 1, .mesh = mesh + 1});
+    cage_finish(&c);
+}
+
+static ng_result add_board(struct chess *s)
+{
+    struct bytes light = {0}, dark = {0};
+    NG_TRY(texture_wood(TEXTURE_MAPLE, &light));
+    NG_TRY(texture_wood(TEXTURE_WALNUT, &dark));
+    int light_texture = glb_texture(&s->glb, "maple", &light, GLB_REPEAT) + 1;
+    int dark_texture = glb_texture(&s->glb, "walnut", &dark, GLB_REPEAT) + 1;
+    s->wood_light = glb_add_material(&s->glb, &(struct glb_material){.name = "square-light",
+                                                                     .base_color = {1, 1, 1},
+                                                                     .roughness = 0.22,
+                                                                     .base_color_texture = light_texture});
+    s->wood_dark = glb_add_material(&s->glb, &(struct glb_material){.name = "square-dark",
+                                                                    .base_color = {1, 1, 1},
+                                                                    .roughness = 0.22,
+                                                                    .base_color_texture = dark_texture});
+    s->frame = glb_add_material(
+        &s->glb,
+        &(struct glb_material){.name = "frame", .base_color = {0.075, 0.034, 0.018}, .roughness = 0.2});
+    s->board = glb_add_node(&s->glb,
+                            &(struct glb_node){.name = "board",
+                                               .rotation = {0, sin(0.5 * (BOARD_TURN - 0.5 * CONTENT_PI)), 0,
+                                                            cos(0.5 * (BOARD_TURN - 0.5 * CONTENT_PI))}});
+    add_squares(s, false, s->wood_light);
+    add_squares(s, true, s->wood_dark);
+    add_frame(s);
+    return NG_OK;
+}
+
+// ---- the pieces ----
+
+static struct vec3 on_board(struct vec3 at)
+{
+    return vec3_make((at.x - 3.5) * SQUARE, BOARD_TOP + at.y, (3.5 - at.z) * SQUARE);
+}
+
+// Keys of a dancer: cubic with flat ends is the ease of dance_at; a hop has a key at its top.
+static void add_dance(struct glb *g, int animation, int node, const struct dancer *d)
+{
+    enum { MOST = 8 };
+    double times[MOST], values[MOST][3][3] = {0};
+    size_t keys = 0;
+    for (int way = 0; way < 2; way++)
+        for (int stop = 0; stop < 3; stop++) {
+            if (stop == 1 && d->lift == 0.0)
+                continue;
+            double t = d->start + 0.5 * d->duration * stop;
+            t = way ? DANCE_SECONDS - (d->start + 0.5 * d->duration * (2 - stop)) : t;
+            struct vec3 p = on_board(dance_at(d, t));
+            if (stop == 1) { // the slope of smoothstep at its middle
+                struct vec3 a = on_board(vec3_make(d->from[0], 0, d->from[1])),
+                            b = on_board(vec3_make(d->to[0], 0, d->to[1]));
+                struct vec3 slope = vec3_scale(vec3_sub(b, a), (way ? -1.5 : 1.5) / d->duration);
+                for (int side = 0; side < 3; side += 2) {
+                    values[keys][side][0] = slope.x;
+                    values[keys][side][2] = slope.z;
+                }
+            }
+            times[keys] = t;
+            values[keys][1][0] = p.x;
+            values[keys][1][1] = p.y;
+            values[keys++][1][2] = p.z;
+        }
+    glb_add_channel(g, animation,
+                    &(struct glb_channel){.node = node,
+                                          .path = "translation",
+                                          .interpolation = "CUBICSPLINE",
+                                          .times = times,
+                                          .values = &values[0][0][0],
+                                          .keys = keys});
+}
+
+static void add_pieces(struct chess *s, int animation)
+{
+    static const unsigned levels[PIECE_KINDS] = {2, 2, 2, 2, 2, 2};
+    const int materials[2] = {s->ivory, s->ebony};
+    int meshes[2][PIECE_KINDS];
+    for (int side = 0; side < 2; side++)
+        for (int kind = 0; kind < PIECE_KINDS; kind++) {
+            struct cage c = {0};
+            char name[32];
+            piece_build((enum piece)kind, &c);
+            snprintf(name, sizeof name, "%s-%s", side ? "dark" : "light", piece_name((enum piece)kind));
+            meshes[side][kind] = glb_cage_mesh(&s->glb, name, &c, materials[side], levels[kind]);
+            cage_finish(&c);
+        }
+    for (int i = 0; i < DANCERS; i++) {
+        struct dancer d = dance_get(i);
+        struct vec3 at = on_board(dance_at(&d, 0.0));
+        char name[48];
+        snprintf(name, sizeof name, "%s-%s-%c%d", d.dark ? "dark" : "light", piece_name(d.kind),
+                 'a' + d.from[0], d.from[1] + 1);
+        // Light pieces look along their files, away from their own side: towards -Z of the board.
+        int node = glb_add_node(&s->glb,
+                                &(struct glb_node){.name = name,
+                                                   .parent = s->board + 1,
+                                                   .translation = {at.x, at.y, at.z},
+                                                   .rotation = {0, d.dark ? 0.0 : 1.0, 0, d.dark ? 1.0 : 0.0},
+                                                   .mesh = meshes[d.dark][d.kind] + 1});
+        add_dance(&s->glb, animation, node, &d);
+    }
+}
+
+// ---- lights and camera ----
+
+// A light that drifts around an ellipse: four cubic keys a loop, tangents along the ellipse.
+static void add_light(struct chess *s, int animation, const char *name, const double rotation[4],
+                      struct vec3 center, struct vec3 cosine, struct vec3 sine, const double size[2],
+                      const double color[3], double radiance)
+{
+    enum { KEYS = 9 };
+    double times[KEYS], values[KEYS][3][3];
+    for (int k = 0; k < KEYS; k++) {
+        double angle = 2.0 * CONTENT_PI * k / (KEYS - 1), speed = 2.0 * CONTENT_PI / DANCE_SECONDS;
+        struct vec3 p =
+            vec3_add(center, vec3_add(vec3_scale(cosine, cos(angle)), vec3_scale(sine, sin(angle))));
+        struct vec3 v =
+            vec3_scale(vec3_sub(vec3_scale(sine, cos(angle)), vec3_scale(cosine, sin(angle))), speed);
+        times[k] = DANCE_SECONDS * k / (KEYS - 1);
+        for (int part = 0; part < 3; part++) {
+            const struct vec3 *from = part == 1 ? &p : &v;
+            values[k][part][0] = from->x;
+            values[k][part][1] = from->y;
+            values[k][part][2] = from->z;
+        }
+    }
+    int node = glb_add_node(
+        &s->glb, &(struct glb_node){.name = name,
+                                    .translation = {values[0][1][0], values[0][1][1], values[0][1][2]},
+                                    .rotation = {rotation[0], rotation[1], rotation[2], rotation[3]}});
+    cJSON *light = glb_component(&s->glb, "nodes", node, "light_rectangle");
+    glb_set_list(&s->glb, light, "color", color, 3);
+    glb_set(&s->glb, light, "radiance", radiance);
+    glb_set_list(&s->glb, light, "size", size, 2);
+    glb_add_channel(&s->glb, animation,
+                    &(struct glb_channel){.node = node,
+                                          .path = "translation",
+                                          .interpolation = "CUBICSPLINE",
+                                          .times = times,
+                                          .values = &values[0][0][0],
+                                          .keys = KEYS});
+}
+
+static void add_lights(struct chess *s, int animation)
+{
+    const double half = 0.70710678118654752;
+    add_light(s, animation, "light-ceiling", (const double[4]){-half, 0, 0, half},
+              vec3_make(0, ROOM_Y - 0.004, 0.02), vec3_make(-0.10, 0, 0), vec3_make(0, 0, 0.10),
+              (const double[2]){0.34, 0.26}, (const double[3]){1.0, 0.93, 0.82}, 6.5);
+    add_light(s, animation, "light-back", (const double[4]){0, 1, 0, 0},
+              vec3_make(0, 0.37, ROOM_BACK + 0.004), vec3_make(0.16, 0, 0), vec3_make(0, 0.05, 0),
+              (const double[2]){0.26, 0.17}, (const double[3]){0.80, 0.90, 1.0}, 3.2);
+}
+
+static void add_view(struct glb *g)
+{
+    // 20 degrees down from the middle of the room's front.
+    const double tilt = -0.315;
+    glb_add_node(g, &(struct glb_node){.name = "camera",
+                                       .translation = {0.0, 0.50, 1.10},
+                                       .rotation = {sin(0.5 * tilt), 0, 0, cos(0.5 * tilt)},
+                                       .camera = glb_add_camera(g, 0.72, 0.01) + 1});
+    cJSON *scale = glb_component(g, "scenes", 0, "scene_scale");
+    const double center[3] = {0.0, 0.5 * ROOM_Y, 0.5 * (ROOM_BACK + ROOM_FRONT)};
+    double half[3] = {ROOM_X, 0.5 * ROOM_Y, 0.5 * (ROOM_FRONT - ROOM_BACK)};
+    glb_set_list(g, scale, "center", center, 3);
+    glb_set(g, scale, "radius", sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]));
+}
+
+ng_result chess_build(struct bytes *out)
+{
+    struct chess s;
+    glb_init(&s.glb);
+    add_view(&s.glb);
+    add_room(&s.glb);
+    NG_TRY(add_board(&s));
+    s.ivory = glb_add_material(
+        &s.glb,
+        &(struct glb_material){.name = "piece-light", .base_color = {0.86, 0.77, 0.60}, .roughness = 0.16});
+    s.ebony = glb_add_material(&s.glb, &(struct glb_material){.name = "piece-dark",
+                                                              .base_color = {0.30, 0.27, 0.25},
+                                                              .metallic = 1.0,
+                                                              .roughness = 0.18});
+    int animation = glb_add_animation(&s.glb, "dance");
+    add_lights(&s, animation);
+    add_pieces(&s, animation);
+    return glb_finish(&s.glb, out);
+}

@@ -1,0 +1,119 @@
+// The knight's head and neck: rings around a spine that bends from the foot up the neck and forward to the
+// muzzle. A ring is drawn from the side by two points, front and back, and has a profile across; so the
+// silhouette of the piece is the two polylines in `sections`. Ears, eyes and the locks of the mane are small
+// closed cages that stand in the body.
+#include "pieces.h"
+
+#include "base/result.h"
+
+enum { HALF = KNIGHT_SIDES / 2 };
+
+// Millimetres; y up, z forward, x across.
+struct section {
+    double front_z, front_y, back_z, back_y;
+    double width; // half, at the widest
+    double pinch; // 0: an ellipse; towards 1: the front half is narrow (throat), below 0 it is full (cheek)
+};
+
+static const struct section sections[] = {
+    {10.6, 16.2, -10.6, 16.2, 10.6, 0.0}, // on the foot
+    {12.8, 22.0, -12.4, 22.0, 11.0, 0.0}, // chest
+    {12.8, 29.0, -14.4, 30.0, 10.4, 0.1}, {9.0, 35.5, -15.6, 40.0, 9.2, 0.2},
+    {4.6, 39.4, -15.6, 51.0, 8.2, 0.25},                                       // throat
+    {5.0, 41.0, -12.4, 61.5, 8.0, -0.1},  {8.4, 40.6, -6.0, 68.5, 8.4, -0.35}, // cheek, poll
+    {12.4, 39.8, 2.0, 69.0, 8.0, -0.35},                                       // forehead
+    {16.0, 39.6, 9.0, 62.5, 6.6, -0.1},   {19.4, 38.6, 15.4, 55.0, 5.6, 0.0},
+    {22.6, 37.4, 21.0, 49.4, 5.2, -0.2},  {25.0, 39.0, 24.6, 47.6, 4.6, -0.2}, // lips
+};
+
+// Point k of a ring: 0 is the front, HALF the back, the rest in between on +X, then on -X.
+static struct vec3 section_point(const struct section *s, uint32_t k)
+{
+    uint32_t m = k <= HALF ? k : KNIGHT_SIDES - k;
+    double angle = CONTENT_PI * m / HALF, along = 0.5 - 0.5 * cos(angle);
+    double across = s->width * sin(angle) * (1.0 - s->pinch * cos(angle));
+    return vec3_make(k <= HALF ? across : -across, s->front_y + along * (s->back_y - s->front_y),
+                     s->front_z + along * (s->back_z - s->front_z));
+}
+
+static void add_body(struct cage *c, uint32_t below)
+{
+    for (size_t i = 0; i < NG_COUNT(sections); i++) {
+        uint32_t ring = (uint32_t)c->points.count;
+        for (uint32_t k = 0; k < KNIGHT_SIDES; k++)
+            cage_point(c, section_point(&sections[i], k));
+        cage_bridge(c, KNIGHT_SIDES, below, ring);
+        below = ring;
+    }
+    cage_crease_ring(c, KNIGHT_SIDES, below, 1.0);
+    cage_cap(c, KNIGHT_SIDES, below, vec3_make(0.0, 43.2, 25.6), true);
+}
+
+// A box bent to eight given corners: bottom four counter-clockwise from above, then the top four.
+static void add_block(struct cage *c, const struct vec3 p[8], double mirror, double sharpness)
+{
+    static const uint32_t faces[6][4] = {{3, 2, 1, 0}, {4, 5, 6, 7}, {0, 1, 5, 4},
+                                         {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+    uint32_t first = (uint32_t)c->points.count;
+    for (int i = 0; i < 8; i++)
+        cage_point(c, vec3_make(p[i].x * mirror, p[i].y, p[i].z));
+    for (int f = 0; f < 6; f++) {
+        const uint32_t *q = faces[f];
+        if (mirror > 0.0)
+            cage_quad(c, first + q[0], first + q[1], first + q[2], first + q[3]);
+        else
+            cage_quad(c, first + q[3], first + q[2], first + q[1], first + q[0]);
+    }
+    for (uint32_t i = 0; i < 4; i++)
+        cage_add_crease(c, first + i, first + i + 4, sharpness);
+}
+
+static void add_ears(struct cage *c)
+{
+    static const struct vec3 ear[8] = {
+        {1.2, 66.0, 0.5},  {6.0, 64.0, 0.5},  {6.0, 65.0, -5.5}, {1.2, 67.0, -5.5},
+        {3.0, 77.5, -0.2}, {4.4, 77.5, -0.2}, {4.4, 77.5, -2.0}, {3.0, 77.5, -2.0},
+    };
+    add_block(c, ear, 1.0, 1.0);
+    add_block(c, ear, -1.0, 1.0);
+}
+
+static void add_eyes(struct cage *c)
+{
+    for (int side = -1; side <= 1; side += 2) {
+        struct vec3 at = vec3_make(5.4 * side, 61.5, 6.6);
+        cage_box(c, vec3_make(at.x - 2.2, at.y - 1.9, at.z - 2.6),
+                 vec3_make(at.x + 2.2, at.y + 1.9, at.z + 2.6), 0.0);
+    }
+}
+
+// Locks along the back of the neck: the middle of each lies on the back line of the sections.
+static void add_mane(struct cage *c)
+{
+    static const double locks[6][3] = {
+        // z, y, tilt (radians, 0: pointing back)
+        {-14.4, 31.0, -0.35}, {-16.0, 39.0, -0.2}, {-16.2, 47.0, 0.05},
+        {-14.6, 55.0, 0.35},  {-11.0, 62.5, 0.75}, {-5.6, 68.2, 1.2},
+    };
+    for (int i = 0; i < 6; i++) {
+        double cs = cos(locks[i][2]), sn = sin(locks[i][2]);
+        struct vec3 p[8];
+        for (int k = 0; k < 8; k++) {
+            static const double square[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}; // across, along the neck
+            int tip = k / 4;
+            double x = square[k % 4][0] * (tip ? 1.6 : 3.4),
+                   along = -square[k % 4][1] * (tip ? 2.4 : 5.0) - (tip ? 2.0 : 0.0);
+            double out = tip ? 4.4 : -4.0;
+            p[k] = vec3_make(x, locks[i][1] + out * sn + along * cs, locks[i][0] - out * cs + along * sn);
+        }
+        add_block(c, p, 1.0, 1.0);
+    }
+}
+
+void knight_body(struct cage *c, uint32_t foot)
+{
+    add_body(c, foot);
+    add_ears(c);
+    add_eyes(c);
+    add_mane(c);
+}
