@@ -49,7 +49,7 @@ static ng_result create_pipeline(struct ng_ui *ui, VkFormat format)
         .push_size = sizeof(struct push),
         .color_formats = {format},
         .color_count = 1,
-        .blend = true,
+        .blend = NG_GPU_BLEND_OVER,
     };
     return ng_gpu_graphics_create(ui->gpu, &params, &ui->pipeline);
 }

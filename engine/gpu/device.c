@@ -288,6 +288,7 @@ static const struct feature {
     FEATURE(v12, timelineSemaphore, true),
     FEATURE(v12, bufferDeviceAddress, true),
     FEATURE(v12, scalarBlockLayout, true),
+    FEATURE(v12, shaderOutputLayer, true),
     FEATURE(v12, hostQueryReset, true),
     FEATURE(v13, dynamicRendering, true),
     FEATURE(v13, synchronization2, true),

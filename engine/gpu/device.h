@@ -5,8 +5,8 @@
 // copies.
 //
 // Needed of a driver: Vulkan 1.3 with dynamicRendering, synchronization2, timelineSemaphore,
-// bufferDeviceAddress, scalarBlockLayout, hostQueryReset and shaderDrawParameters. Not needed: descriptor
-// indexing, VK_KHR_push_descriptor (used where present), anisotropic filtering.
+// bufferDeviceAddress, scalarBlockLayout, shaderOutputLayer, hostQueryReset and shaderDrawParameters. Not
+// needed: descriptor indexing, VK_KHR_push_descriptor (used where present), anisotropic filtering.
 //
 // Failure: what the driver refuses is logged once, with the object's name, and returned: NG_ERROR_MEMORY (out
 // of host or device memory) or NG_ERROR_DEVICE (no driver, lost device, anything else). After a lost device

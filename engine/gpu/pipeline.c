@@ -268,14 +268,15 @@ static void fill_output(const struct ng_gpu_graphics_params *p, struct graphics_
         .depthCompareOp = !p->depth_test     ? VK_COMPARE_OP_ALWAYS
                           : p->depth_compare ? p->depth_compare
                                              : VK_COMPARE_OP_GREATER_OR_EQUAL};
+    bool add = p->blend == NG_GPU_BLEND_ADD;
     for (uint32_t i = 0; i < p->color_count; i++)
         s->blends[i] = (VkPipelineColorBlendAttachmentState){
-            .blendEnable = p->blend,
-            .srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA,
-            .dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA,
+            .blendEnable = p->blend != NG_GPU_BLEND_NONE,
+            .srcColorBlendFactor = add ? VK_BLEND_FACTOR_ONE : VK_BLEND_FACTOR_SRC_ALPHA,
+            .dstColorBlendFactor = add ? VK_BLEND_FACTOR_ONE : VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA,
             .colorBlendOp = VK_BLEND_OP_ADD,
             .srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE,
-            .dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA,
+            .dstAlphaBlendFactor = add ? VK_BLEND_FACTOR_ONE : VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA,
             .alphaBlendOp = VK_BLEND_OP_ADD,
             .colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
                               VK_COLOR_COMPONENT_A_BIT};

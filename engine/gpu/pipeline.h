@@ -46,6 +46,12 @@ struct ng_gpu_vertex_binding {
     bool per_instance;
 };
 
+enum ng_gpu_blend {
+    NG_GPU_BLEND_NONE,
+    NG_GPU_BLEND_OVER, // source alpha over destination
+    NG_GPU_BLEND_ADD,
+};
+
 struct ng_gpu_graphics_params {
     const char *name;                 // needed; copied
     struct ng_spirv vertex, fragment; // fragment: zero for depth only
@@ -72,7 +78,7 @@ struct ng_gpu_graphics_params {
     bool depth_test, depth_write;
     VkCompareOp depth_compare; // of depth_test; 0 (never): greater or equal, as reverse-Z wants it
     float depth_bias_constant, depth_bias_slope; // both 0: no bias
-    bool blend;                                  // every attachment: source alpha over destination
+    enum ng_gpu_blend blend;                     // of every attachment
 };
 
 struct ng_gpu_compute_params {

@@ -185,6 +185,14 @@ void ng_light_up(const struct ng_light_source *s, const float direction[3], floa
     ng_light_normalize(out, axes[0]);
 }
 
+void ng_light_cone(const struct ng_light_source *s, float *scale, float *offset)
+{
+    *scale = 0;
+    *offset = 1;
+    if (lit(s) && s->type->cone)
+        s->type->cone(s, scale, offset);
+}
+
 void ng_light_proxy_of(const struct ng_light_source *s, struct ng_light_proxy *out)
 {
     *out = (struct ng_light_proxy){0};

@@ -113,6 +113,8 @@ struct ng_light_type {
     // normal, 0 behind (area lights).
     float (*profile)(const struct ng_light_source *s, const struct ng_light_sample *sample,
                      const float toward[3]);
+    // The same for shaders, as clamp(cosine to the proxy's direction * scale + offset, 0, 1)^2. Null: 1.
+    void (*cone)(const struct ng_light_source *s, float *scale, float *offset);
     bool (*proxy)(const struct ng_light_source *s, struct ng_light_proxy *out);
 };
 
@@ -143,6 +145,8 @@ float ng_light_pdf_at(const struct ng_light_source *s, const struct ng_light_hit
 void ng_light_seen_at(const struct ng_light_source *s, const struct ng_light_hit *hit, float rgb[3]);
 // Where to observe from. Spots wider than 75 degrees (half angle) take a cube. A dark light gives a cube at
 // its placement. The light does not know other objects: a caller that does moves the proxy out of solids.
+// Profile of a spot light for shaders (struct ng_light_type, cone); scale 0 and offset 1 for other lights.
+void ng_light_cone(const struct ng_light_source *s, float *scale, float *offset);
 void ng_light_proxy_of(const struct ng_light_source *s, struct ng_light_proxy *out);
 
 // Direct VPLs: the first `count` points of one fixed low-discrepancy set (Sobol' 1967, dimensions 1 and 2),

@@ -12,8 +12,6 @@
 
 #include <stdlib.h>
 
-const struct ng_item_type ng_display_item = {"display", sizeof(struct ng_display_result)};
-
 struct ng_display {
     struct ng_gpu *gpu;
     struct ng_gpu_pipeline *compose, *tonemap;
@@ -81,43 +79,43 @@ struct pass_data {
 static ng_result compose(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
-    struct ng_cmd cmd = {ctx->cmd, ctx->gpu};
     const struct ng_gpu_binding bindings[] = {ng_pass_texture(ctx, d->direct, 0),
                                               d->indirect.id ? ng_pass_texture(ctx, d->indirect, 1)
                                                              : ng_scene_gpu_black(d->frame->scene, 1),
                                               ng_pass_texture(ctx, d->emission, 2)};
-    NG_TRY(ng_cmd_bind(&cmd, d->self->compose, bindings, NG_COUNT(bindings)));
-    vkCmdDraw(cmd.handle, 3, 1, 0, 0);
+    NG_TRY(ng_cmd_bind(ctx->cmd, d->self->compose, bindings, NG_COUNT(bindings)));
+    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
     return NG_OK;
 }
 
 static ng_result tone_map(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
-    struct ng_cmd cmd = {ctx->cmd, ctx->gpu};
     const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(d->frame->scene, 0),
                                               ng_pass_texture(ctx, d->beauty, 1)};
-    NG_TRY(ng_cmd_bind(&cmd, d->self->tonemap, bindings, NG_COUNT(bindings)));
-    vkCmdDraw(cmd.handle, 3, 1, 0, 0);
+    NG_TRY(ng_cmd_bind(ctx->cmd, d->self->tonemap, bindings, NG_COUNT(bindings)));
+    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
     return NG_OK;
 }
 
 static struct ng_graph_ref picture(struct ng_graph *g, const struct ng_frame_info *frame, const char *name,
                                    VkFormat format)
 {
-    return ng_graph_image(
-        g, name, &(struct ng_graph_image){.format = format, .width = frame->width, .height = frame->height});
+    return ng_graph_add_image(
+        g, name,
+        &(struct ng_graph_image_params){.format = format, .width = frame->width, .height = frame->height});
 }
 
 static struct ng_pass *add_pass(struct ng_graph *g, const char *name, ng_pass_fn run,
                                 const struct pass_data *data)
 {
-    return ng_graph_pass(
+    return ng_graph_add_pass(
         g, &(struct ng_pass_params){
                .name = name, .kind = NG_PASS_RASTER, .run = run, .data = data, .data_size = sizeof *data});
 }
 
-static ng_result consume(struct ng_composer *composer, void *user)
+ng_result ng_display_declare(struct ng_display *display, struct ng_composer *composer,
+                             struct ng_display_result *out)
 {
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
@@ -127,7 +125,7 @@ static ng_result consume(struct ng_composer *composer, void *user)
         ng_log_error("method \"%s\": nothing in this program computes it; use \"raster\"", frame->method);
         return NG_ERROR_NOT_FOUND;
     }
-    struct pass_data data = {.self = user,
+    struct pass_data data = {.self = display,
                              .frame = frame,
                              .direct = radiance->direct,
                              .indirect = radiance->indirect,
@@ -142,13 +140,7 @@ static ng_result consume(struct ng_composer *composer, void *user)
 
     pass = add_pass(g, "tone map", tone_map, &data);
     ng_pass_read(pass, data.beauty, NG_USE_SAMPLED);
-    struct ng_graph_ref color =
-        ng_pass_write(pass, picture(g, frame, "display", VK_FORMAT_R8G8B8A8_UNORM), NG_USE_COLOR);
-    return ng_composer_publish(composer, &ng_display_item,
-                               &(struct ng_display_result){.beauty = data.beauty, .color = color});
-}
-
-struct ng_provider ng_display_provider(struct ng_display *display)
-{
-    return (struct ng_provider){.name = "display", .consume = consume, .user = display};
+    out->beauty = data.beauty;
+    out->color = ng_pass_write(pass, picture(g, frame, "display", VK_FORMAT_R8G8B8A8_UNORM), NG_USE_COLOR);
+    return NG_OK;
 }

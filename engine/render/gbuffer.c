@@ -131,7 +131,7 @@ static ng_result draw_scene(const struct ng_pass_context *ctx)
     struct ng_scene_gpu *scene = d->frame->scene;
     const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(scene, 0), ng_scene_gpu_instances(scene, 1),
                                               ng_scene_gpu_materials(scene, 2)};
-    return ng_scene_gpu_draw(scene, &(struct ng_cmd){ctx->cmd, ctx->gpu},
+    return ng_scene_gpu_draw(scene, ctx->cmd,
                              &(struct ng_draw_params){.plain = d->provider->plain,
                                                       .textured = d->provider->textured,
                                                       .plain_streams = NG_STREAMS_SURFACE,
@@ -148,10 +148,9 @@ static ng_result draw_background(const struct ng_pass_context *ctx)
     const struct pass_data *d = ctx->data;
     struct ng_scene_gpu *scene = d->frame->scene;
     const struct ng_snapshot_light *light = &d->frame->snapshot->lights[d->frame->snapshot->environment];
-    struct ng_cmd cmd = {ctx->cmd, ctx->gpu};
     const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(scene, 0),
                                               ng_scene_gpu_image(scene, light->image, 1)};
-    NG_TRY(ng_cmd_bind(&cmd, d->provider->background, bindings, NG_COUNT(bindings)));
+    NG_TRY(ng_cmd_bind(ctx->cmd, d->provider->background, bindings, NG_COUNT(bindings)));
     struct background_push push = {0};
     // Rows of the inverse of a rotation are its columns.
     for (int row = 0; row < 3; row++) {
@@ -164,8 +163,8 @@ static ng_result draw_background(const struct ng_pass_context *ctx)
     memcpy(&environment, light->source.params, sizeof environment);
     for (int c = 0; c < 3; c++)
         push.radiance[c] = environment.color[c] * environment.intensity;
-    ng_cmd_push(&cmd, d->provider->background, &push, sizeof push);
-    vkCmdDraw(cmd.handle, 3, 1, 0, 0);
+    ng_cmd_push(ctx->cmd, d->provider->background, &push, sizeof push);
+    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
     return NG_OK;
 }
 
@@ -177,31 +176,31 @@ static ng_result produce(struct ng_composer *composer, void *user)
     struct pass_data data = {self, frame};
     struct ng_graph_ref refs[COLORS];
     struct ng_graph_ref depth =
-        ng_graph_image(g, "gbuffer/depth",
-                       &(struct ng_graph_image){.format = VK_FORMAT_D32_SFLOAT,
-                                                .width = frame->width,
-                                                .height = frame->height,
-                                                .clear = true}); // reverse-Z: 0 is infinitely far
-    struct ng_pass *pass = ng_graph_pass(g, &(struct ng_pass_params){.name = "gbuffer",
-                                                                     .kind = NG_PASS_RASTER,
-                                                                     .run = draw_scene,
-                                                                     .data = &data,
-                                                                     .data_size = sizeof data});
+        ng_graph_add_image(g, "gbuffer/depth",
+                           &(struct ng_graph_image_params){.format = VK_FORMAT_D32_SFLOAT,
+                                                           .width = frame->width,
+                                                           .height = frame->height,
+                                                           .clear = true}); // reverse-Z: 0 is infinitely far
+    struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "gbuffer",
+                                                                         .kind = NG_PASS_RASTER,
+                                                                         .run = draw_scene,
+                                                                         .data = &data,
+                                                                         .data_size = sizeof data});
     for (int i = 0; i < COLORS; i++)
         refs[i] = ng_pass_write(pass,
-                                ng_graph_image(g, colors[i].name,
-                                               &(struct ng_graph_image){.format = colors[i].format,
-                                                                        .width = frame->width,
-                                                                        .height = frame->height,
-                                                                        .clear = true}),
+                                ng_graph_add_image(g, colors[i].name,
+                                                   &(struct ng_graph_image_params){.format = colors[i].format,
+                                                                                   .width = frame->width,
+                                                                                   .height = frame->height,
+                                                                                   .clear = true}),
                                 NG_USE_COLOR);
     depth = ng_pass_write(pass, depth, NG_USE_DEPTH);
     if (frame->snapshot->environment != NG_NONE) {
-        pass = ng_graph_pass(g, &(struct ng_pass_params){.name = "background",
-                                                         .kind = NG_PASS_RASTER,
-                                                         .run = draw_background,
-                                                         .data = &data,
-                                                         .data_size = sizeof data});
+        pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "background",
+                                                             .kind = NG_PASS_RASTER,
+                                                             .run = draw_background,
+                                                             .data = &data,
+                                                             .data_size = sizeof data});
         ng_pass_read(pass, depth, NG_USE_DEPTH_READ);
         refs[4] = ng_pass_write(pass, refs[4], NG_USE_COLOR);
     }

@@ -11,7 +11,7 @@
 
 #define NG_LIGHT_VPLS 32 // for the sums of shaders; delta lights need one
 
-// Plain data; copied freely. The ranges are valid while the frame is recorded.
+// Plain data. The ranges are valid for the frame.
 struct ng_light_gpu {
     struct ng_light_data data;
     struct ng_vpl_data vpls[NG_LIGHT_VPLS];
@@ -26,7 +26,7 @@ void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, fl
                           float cascade_radius, struct ng_light_gpu *out);
 // Texel-snaps the cascades and tells the shaders the size of the depth map.
 void ng_light_gpu_set_face_size(struct ng_light_gpu *light, uint32_t face_size);
-// Writes the buffers of a frame; call once while the frame is recorded.
+// Writes the buffers of the frame that is open (gpu/frame.h).
 NG_NODISCARD ng_result ng_light_gpu_record(struct ng_gpu *gpu, struct ng_light_gpu *light);
 
 // Bindings 7 (views), 8 (light) and 9 (VPLs) of set 0, as the shaders number them.

@@ -152,14 +152,6 @@ struct pass_data {
     struct observed *light;
 };
 
-static ng_result record_lights(const struct ng_pass_context *ctx)
-{
-    const struct pass_data *d = ctx->data;
-    for (size_t i = 0; i < d->self->lights.count; i++)
-        NG_TRY(ng_light_gpu_record(ctx->gpu, &d->self->lights.items[i].gpu));
-    return NG_OK;
-}
-
 static ng_result draw_depth(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
@@ -172,7 +164,7 @@ static ng_result draw_depth(const struct ng_pass_context *ctx)
     bindings[0].binding = 0;
     for (uint32_t layer = 0; layer < light->depth_view_count; layer++)
         NG_TRY(ng_scene_gpu_draw(
-            scene, &(struct ng_cmd){ctx->cmd, ctx->gpu},
+            scene, ctx->cmd,
             &(struct ng_draw_params){.plain = d->self->depth,
                                      .textured = d->self->depth_masked,
                                      .depth_only = true,
@@ -196,7 +188,7 @@ static ng_result draw_surface(const struct ng_pass_context *ctx)
     ng_light_gpu_bindings(light, true, bindings + 2);
     for (uint32_t layer = 0; layer < light->rsm_view_count; layer++)
         NG_TRY(ng_scene_gpu_draw(
-            scene, &(struct ng_cmd){ctx->cmd, ctx->gpu},
+            scene, ctx->cmd,
             &(struct ng_draw_params){.plain = d->self->surface,
                                      .textured = d->self->surface_textured,
                                      .plain_streams = NG_STREAMS_SURFACE,
@@ -269,7 +261,7 @@ static struct ng_graph_ref persistent(struct ng_graph *g, const char *light, con
     snprintf(name, sizeof name, "rsm:%s/%s", light, what);
     return ng_graph_persistent_image(
         g, name,
-        &(struct ng_graph_image){
+        &(struct ng_graph_image_params){
             .format = format, .width = size, .height = size, .layers = layers, .array = true, .clear = true},
         valid);
 }
@@ -279,25 +271,26 @@ static struct ng_pass *add_pass(struct ng_graph *g, const struct pass_data *data
 {
     char name[160];
     snprintf(name, sizeof name, "%s:%s/%s", group, data->light->name, what);
-    return ng_graph_pass(g, &(struct ng_pass_params){.name = name,
-                                                     .kind = NG_PASS_RASTER,
-                                                     .run = run,
-                                                     .data = data,
-                                                     .data_size = sizeof *data,
-                                                     .flags = flags});
+    return ng_graph_add_pass(g, &(struct ng_pass_params){.name = name,
+                                                         .kind = NG_PASS_RASTER,
+                                                         .run = run,
+                                                         .data = data,
+                                                         .data_size = sizeof *data,
+                                                         .flags = flags});
 }
 
 static void declare_bare_depth(struct ng_graph *g, const struct pass_data *data)
 {
     char name[160];
     snprintf(name, sizeof name, "bare:%s/map", data->light->name);
-    struct ng_graph_ref map = ng_graph_image(g, name,
-                                             &(struct ng_graph_image){.format = VK_FORMAT_D32_SFLOAT,
-                                                                      .width = data->light->maps.face_size,
-                                                                      .height = data->light->maps.face_size,
-                                                                      .layers = data->light->maps.depth_views,
-                                                                      .array = true,
-                                                                      .clear = true});
+    struct ng_graph_ref map =
+        ng_graph_add_image(g, name,
+                           &(struct ng_graph_image_params){.format = VK_FORMAT_D32_SFLOAT,
+                                                           .width = data->light->maps.face_size,
+                                                           .height = data->light->maps.face_size,
+                                                           .layers = data->light->maps.depth_views,
+                                                           .array = true,
+                                                           .clear = true});
     ng_pass_write(add_pass(g, data, "bare", "depth", draw_depth, NG_PASS_SIDE_EFFECT), map, NG_USE_DEPTH);
 }
 
@@ -330,13 +323,13 @@ static void declare_light(struct ng_graph *g, const struct pass_data *data, stru
         char name[160];
         snprintf(name, sizeof name, "rsm:%s/surface depth", m->name);
         ng_pass_write(pass,
-                      ng_graph_image(g, name,
-                                     &(struct ng_graph_image){.format = VK_FORMAT_D32_SFLOAT,
-                                                              .width = NG_RSM_SIZE,
-                                                              .height = NG_RSM_SIZE,
-                                                              .layers = m->rsm_views,
-                                                              .array = true,
-                                                              .clear = true}),
+                      ng_graph_add_image(g, name,
+                                         &(struct ng_graph_image_params){.format = VK_FORMAT_D32_SFLOAT,
+                                                                         .width = NG_RSM_SIZE,
+                                                                         .height = NG_RSM_SIZE,
+                                                                         .layers = m->rsm_views,
+                                                                         .array = true,
+                                                                         .clear = true}),
                       NG_USE_DEPTH);
         m->redrawn = true;
     }
@@ -389,17 +382,12 @@ static ng_result produce(struct ng_composer *composer, void *user)
     struct pass_data data = {.self = self, .frame = ng_composer_get(composer, &ng_frame_item, 0)};
     self->frame++;
     NG_TRY(observe_lights(self, data.frame));
-    ng_graph_pass(g, &(struct ng_pass_params){.name = "upload/lights",
-                                              .kind = NG_PASS_COPY,
-                                              .run = record_lights,
-                                              .data = &data,
-                                              .data_size = sizeof data,
-                                              .flags = NG_PASS_SIDE_EFFECT});
     for (size_t i = 0; i < self->lights.count; i++) {
         data.light = &self->lights.items[i];
         struct memory *memory = remember(self, data.frame->snapshot->lights[data.light->maps.light].entity);
         if (!memory)
             return NG_ERROR_MEMORY;
+        NG_TRY(ng_light_gpu_record(self->params.gpu, &data.light->gpu));
         declare_light(g, &data, memory);
         NG_TRY(ng_composer_publish(composer, &ng_light_maps_item, &data.light->maps));
     }

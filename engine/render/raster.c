@@ -47,7 +47,7 @@ ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out)
             .slot_count = NG_COUNT(slots),
             .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT},
             .color_count = 2,
-            .blend_add = true},
+            .blend = NG_GPU_BLEND_ADD},
         &self->direct);
     if (r != NG_OK)
         ng_raster_destroy(&self);
@@ -75,25 +75,24 @@ struct pass_data {
 static ng_result add_light(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
-    struct ng_cmd cmd = {ctx->cmd, ctx->gpu};
     struct ng_gpu_binding bindings[9] = {
         ng_scene_gpu_view(d->frame->scene, 0),         ng_pass_texture(ctx, d->gbuffer->position, 1),
         ng_pass_texture(ctx, d->gbuffer->normal, 2),   ng_pass_texture(ctx, d->gbuffer->diffuse, 3),
         ng_pass_texture(ctx, d->gbuffer->specular, 4), ng_pass_texture(ctx, d->maps->depth, 5),
     };
     ng_light_gpu_bindings(d->maps->gpu, false, bindings + 6);
-    NG_TRY(ng_cmd_bind(&cmd, d->self->direct, bindings, NG_COUNT(bindings)));
-    vkCmdDraw(cmd.handle, 3, 1, 0, 0);
+    NG_TRY(ng_cmd_bind(ctx->cmd, d->self->direct, bindings, NG_COUNT(bindings)));
+    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
     return NG_OK;
 }
 
 static struct ng_graph_ref sum_image(struct ng_graph *g, const struct ng_frame_info *frame, const char *name)
 {
-    return ng_graph_image(g, name,
-                          &(struct ng_graph_image){.format = VK_FORMAT_R32G32B32A32_SFLOAT,
-                                                   .width = frame->width,
-                                                   .height = frame->height,
-                                                   .clear = true});
+    return ng_graph_add_image(g, name,
+                              &(struct ng_graph_image_params){.format = VK_FORMAT_R32G32B32A32_SFLOAT,
+                                                              .width = frame->width,
+                                                              .height = frame->height,
+                                                              .clear = true});
 }
 
 static ng_result consume(struct ng_composer *composer, void *user)
@@ -110,11 +109,11 @@ static ng_result consume(struct ng_composer *composer, void *user)
         data.maps = ng_composer_get(composer, &ng_light_maps_item, i);
         char name[160];
         snprintf(name, sizeof name, "direct:%s", data.maps->name);
-        struct ng_pass *pass = ng_graph_pass(g, &(struct ng_pass_params){.name = name,
-                                                                         .kind = NG_PASS_RASTER,
-                                                                         .run = add_light,
-                                                                         .data = &data,
-                                                                         .data_size = sizeof data});
+        struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = name,
+                                                                             .kind = NG_PASS_RASTER,
+                                                                             .run = add_light,
+                                                                             .data = &data,
+                                                                             .data_size = sizeof data});
         ng_pass_read(pass, data.gbuffer->position, NG_USE_SAMPLED);
         ng_pass_read(pass, data.gbuffer->normal, NG_USE_SAMPLED);
         ng_pass_read(pass, data.gbuffer->diffuse, NG_USE_SAMPLED);

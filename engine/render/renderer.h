@@ -16,6 +16,7 @@
 #include "render/light_maps.h"
 #include "render/snapshot.h"
 
+struct ng_cmd;
 struct ng_gpu;
 struct ng_gpu_image;
 struct ng_jobs;
@@ -48,11 +49,14 @@ struct ng_render_params {
     void *overlay_user;
     // Where the picture goes, scaled to fit if sizes differ: a swapchain's image, left ready to present.
     // Null: nowhere.
-    const struct ng_gpu_image *target;
+    struct ng_gpu_image *target;
 };
 
-// Makes one frame. Does not wait for the GPU unless a CPU pass does.
-NG_NODISCARD ng_result ng_renderer_frame(struct ng_renderer *renderer, const struct ng_render_params *params);
+// Records one picture into the commands of a frame (gpu/frame.h: ng_frame_begin before, ng_frame_end after,
+// which the caller does in every case). Does not wait for the GPU unless a CPU pass does; `*cmd` may then be
+// another one.
+NG_NODISCARD ng_result ng_renderer_frame(struct ng_renderer *renderer, struct ng_cmd **cmd,
+                                         const struct ng_render_params *params);
 
 // ---- Results
 // -------------------------------------------------------------------------------------------------

@@ -199,7 +199,7 @@ static ng_result upload_mesh(struct ng_scene_gpu *s, struct mesh_entry *e, const
                                     &e->buffers[i]));
     e->revision = m->revision;
     if (m->dynamic)
-        return NG_OK; // written when the frame is recorded
+        return NG_OK; // written by write_frame
     for (enum stream i = 0; i < STREAM_COUNT; i++)
         if (stream_bytes(m, i))
             NG_TRY(ng_upload_buffer(e->buffers[0], e->offsets[i], stream_data(m, i), stream_bytes(m, i)));
@@ -432,27 +432,6 @@ static void fill_view(struct ng_scene_gpu *s, uint32_t width, uint32_t height)
     s->view.size[1] = (float)height;
 }
 
-ng_result ng_scene_gpu_update(struct ng_scene_gpu *s, const struct ng_snapshot *snapshot, uint32_t width,
-                              uint32_t height)
-{
-    s->snapshot = snapshot;
-    s->frame++;
-    drop_unused(s);
-    if (!ng_array_resize(&s->mesh_of, snapshot->mesh_count) ||
-        !ng_array_resize(&s->image_of, snapshot->image_count) ||
-        !ng_array_resize(&s->order, snapshot->instance_count))
-        return NG_ERROR_MEMORY;
-    for (uint32_t i = 0; i < snapshot->image_count; i++)
-        NG_TRY(update_image(s, i));
-    for (uint32_t i = 0; i < snapshot->mesh_count; i++)
-        NG_TRY(update_mesh(s, i));
-    for (uint32_t i = 0; i < snapshot->instance_count; i++)
-        s->order.items[i] = draw_key(s, i);
-    sort_draws(s->order.items, s->order.count);
-    fill_view(s, width, height);
-    return NG_OK;
-}
-
 static struct ng_instance_data instance_data(const struct ng_snapshot_instance *i)
 {
     struct ng_instance_data d = {
@@ -476,7 +455,8 @@ static struct ng_material_data material_data(const struct ng_snapshot_material *
     return d;
 }
 
-ng_result ng_scene_gpu_record(struct ng_scene_gpu *s)
+// Writes what the frame's draws read.
+static ng_result write_frame(struct ng_scene_gpu *s)
 {
     const struct ng_snapshot *n = s->snapshot;
     NG_TRY(ng_frame_alloc(s->gpu, sizeof s->view, &s->view_range));
@@ -504,6 +484,27 @@ ng_result ng_scene_gpu_record(struct ng_scene_gpu *s)
             e->moved = false;
     }
     return NG_OK;
+}
+
+ng_result ng_scene_gpu_update(struct ng_scene_gpu *s, const struct ng_snapshot *snapshot, uint32_t width,
+                              uint32_t height)
+{
+    s->snapshot = snapshot;
+    s->frame++;
+    drop_unused(s);
+    if (!ng_array_resize(&s->mesh_of, snapshot->mesh_count) ||
+        !ng_array_resize(&s->image_of, snapshot->image_count) ||
+        !ng_array_resize(&s->order, snapshot->instance_count))
+        return NG_ERROR_MEMORY;
+    for (uint32_t i = 0; i < snapshot->image_count; i++)
+        NG_TRY(update_image(s, i));
+    for (uint32_t i = 0; i < snapshot->mesh_count; i++)
+        NG_TRY(update_mesh(s, i));
+    for (uint32_t i = 0; i < snapshot->instance_count; i++)
+        s->order.items[i] = draw_key(s, i);
+    sort_draws(s->order.items, s->order.count);
+    fill_view(s, width, height);
+    return write_frame(s);
 }
 
 const float *ng_scene_gpu_camera(const struct ng_scene_gpu *s)

@@ -15,13 +15,11 @@ struct ng_scene_gpu;
 NG_NODISCARD ng_result ng_scene_gpu_create(struct ng_gpu *gpu, struct ng_scene_gpu **out);
 void ng_scene_gpu_destroy(struct ng_scene_gpu **scene);
 
-// Takes a snapshot in, before the frame is recorded: uploads what is new, sorts the instances for drawing.
-// The snapshot is borrowed until the next call.
+// Takes a snapshot in, within a frame (gpu/frame.h) and before its first draw: uploads what is new, sorts the
+// instances for drawing, writes the frame's view, instances and materials. The snapshot is borrowed until the
+// next call.
 NG_NODISCARD ng_result ng_scene_gpu_update(struct ng_scene_gpu *scene, const struct ng_snapshot *snapshot,
                                            uint32_t width, uint32_t height);
-// Writes the frame's data (view, instances, materials, moved vertices); call once while the frame is
-// recorded, before the first draw.
-NG_NODISCARD ng_result ng_scene_gpu_record(struct ng_scene_gpu *scene);
 
 // The vertex streams of a pipeline that draws scene geometry.
 enum ng_vertex_streams {

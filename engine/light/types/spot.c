@@ -58,6 +58,15 @@ static float profile(const struct ng_light_source *s, const struct ng_light_samp
     return t * t;
 }
 
+static void cone(const struct ng_light_source *s, float *scale, float *offset)
+{
+    struct cone c;
+    if (!cone_of(s, &c))
+        return;
+    *scale = 1 / c.ramp;
+    *offset = -c.cos_outer / c.ramp;
+}
+
 static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
 {
     const struct ng_light_spot *p = (const void *)s->params;
@@ -76,5 +85,6 @@ const struct ng_light_type ng_light_spot_type = {
     .power = power,
     .sample = sample,
     .profile = profile,
+    .cone = cone,
     .proxy = proxy,
 };
