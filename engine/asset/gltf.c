@@ -1,0 +1,202 @@
+// A load in the order of dependence: nodes and materials first (they are referred to), then what hangs on the
+// nodes, then animations, then what the file left out. Everything made is below one root entity or in
+// the list of added assets, so that a failure takes all of it back.
+#include "asset/gltf_loader_internal.h"
+#include "base/file.h"
+#include "base/log.h"
+#include "components/components.h"
+#include "components/transform.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void log_message(enum ng_log_level level, const struct gltf_loader *l, const char *fmt, va_list args)
+    __attribute__((format(printf, 3, 0)));
+static void log_message(enum ng_log_level level, const struct gltf_loader *l, const char *fmt, va_list args)
+{
+    char text[1024];
+    vsnprintf(text, sizeof text, fmt, args);
+    ng_log(level, "%s: %s", l->path, text);
+}
+
+ng_result ng_gltf_error(const struct gltf_loader *l, const char *fmt, ...)
+{
+    va_list args;
+    va_start(args, fmt);
+    log_message(NG_LOG_ERROR, l, fmt, args);
+    va_end(args);
+    return NG_ERROR_FORMAT;
+}
+
+ng_result ng_gltf_unsupported(const struct gltf_loader *l, const char *fmt, ...)
+{
+    va_list args;
+    va_start(args, fmt);
+    log_message(NG_LOG_ERROR, l, fmt, args);
+    va_end(args);
+    return NG_ERROR_UNSUPPORTED;
+}
+
+ng_result ng_gltf_out_of_memory(const struct gltf_loader *l)
+{
+    ng_log_error("%s: out of memory", l->path);
+    return NG_ERROR_MEMORY;
+}
+
+void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ...)
+{
+    if (*warned)
+        return;
+    *warned = true;
+    va_list args;
+    va_start(args, fmt);
+    log_message(NG_LOG_WARN, l, fmt, args);
+    va_end(args);
+}
+
+ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what)
+{
+    if (bytes > l->limits.max_memory - l->memory) {
+        ng_log_error("%s: %s needs %llu bytes more, over the limit of %llu for a scene", l->path, what,
+                     (unsigned long long)bytes, (unsigned long long)l->limits.max_memory);
+        return NG_ERROR_MEMORY;
+    }
+    l->memory += bytes;
+    return NG_OK;
+}
+
+bool ng_gltf_file_path(const char *document, const char *uri, char *out, size_t size, const char **why)
+{
+    *why = "is not a file in the document's directory or below";
+    if (uri[0] == 0 || uri[0] == '/' || strchr(uri, '\\') || strstr(uri, "://"))
+        return false;
+    for (const char *part = uri; part; part = strchr(part, '/')) {
+        part += *part == '/';
+        if (strncmp(part, "..", 2) == 0 && (part[2] == '/' || part[2] == 0))
+            return false;
+    }
+    *why = "the path is too long";
+    return ng_path_beside(document, uri, out, size);
+}
+
+// Extensions of the standard that this loader follows, or may ignore since others only refine them.
+static bool is_known(const char *extension)
+{
+    static const char *const known[] = {"KHR_lights_punctual", "KHR_materials_emissive_strength",
+                                        "KHR_mesh_quantization", "NG_scene"};
+    for (size_t i = 0; i < NG_COUNT(known); i++)
+        if (strcmp(extension, known[i]) == 0)
+            return true;
+    return false;
+}
+
+static ng_result check_required(const struct gltf_loader *l)
+{
+    for (uint32_t i = 0; i < l->doc->required_count; i++)
+        if (!is_known(l->doc->required[i]))
+            return ng_gltf_unsupported(l, "extensionsRequired: \"%.100s\" is not supported",
+                                       l->doc->required[i]);
+    return NG_OK;
+}
+
+// Without scenes all nodes that have no parent are the scene (null).
+static ng_result find_scene(const struct gltf_loader *l, const struct gltf_scene **out)
+{
+    const struct gltf_document *d = l->doc;
+    *out = NULL;
+    if (d->scene_count == 0 && d->scene < 0)
+        return NG_OK;
+    int index = d->scene < 0 ? 0 : d->scene;
+    if ((uint32_t)index >= d->scene_count)
+        return ng_gltf_error(l, "scene %d is not one of %u", index, d->scene_count);
+    *out = &d->scenes[index];
+    return NG_OK;
+}
+
+static ng_result make_root(struct gltf_loader *l, const struct gltf_scene *scene)
+{
+    const char *name = scene && scene->name[0] ? scene->name : ng_path_name(l->path);
+    NG_TRY(ng_gltf_entity(l, (ng_entity){0}, name, "scene", 0, &l->out.root));
+    return ng_gltf_add(l, l->out.root, "scene", NG_TRANSFORM, ng_transform_component.defaults);
+}
+
+static bool allocate_tables(struct gltf_loader *l)
+{
+    const struct gltf_document *d = l->doc;
+    l->parents = malloc((d->node_count + (size_t)1) * sizeof *l->parents);
+    l->order = malloc((d->node_count + (size_t)1) * sizeof *l->order);
+    l->nodes = calloc(d->node_count + (size_t)1, sizeof *l->nodes);
+    l->materials = calloc(d->material_count + (size_t)1, sizeof *l->materials);
+    l->skins = calloc(d->skin_count + (size_t)1, sizeof *l->skins);
+    l->images = calloc(d->image_count + (size_t)1, sizeof *l->images);
+    return l->parents && l->order && l->nodes && l->materials && l->skins && l->images;
+}
+
+static ng_result load(struct gltf_loader *l)
+{
+    const struct gltf_scene *scene;
+    NG_TRY(check_required(l));
+    NG_TRY(find_scene(l, &scene));
+    if (!allocate_tables(l))
+        return ng_gltf_out_of_memory(l);
+    NG_TRY(make_root(l, scene));
+    NG_TRY(ng_gltf_nodes(l, scene));
+    NG_TRY(ng_gltf_materials(l));
+    NG_TRY(ng_gltf_attachments(l));
+    NG_TRY(ng_gltf_components(l, l->out.root, "scene", scene ? scene->extension : NULL, NULL));
+    NG_TRY(ng_gltf_animations(l));
+    return ng_gltf_scale_and_camera(l);
+}
+
+static void take_back(struct gltf_loader *l)
+{
+    if (!ng_entity_is_null(l->out.root) && ng_entity_destroy(l->world, l->out.root) != NG_OK)
+        ng_log_error("%s: what was loaded so far could not be removed", l->path);
+    for (size_t i = l->added.count; i-- > 0;)
+        ng_assets_remove(l->assets, l->added.items[i]);
+}
+
+static void finish(struct gltf_loader *l)
+{
+    free(l->parents);
+    free(l->order);
+    free(l->nodes);
+    free(l->materials);
+    free(l->skins);
+    free(l->images);
+    ng_array_finish(&l->shapes);
+    ng_array_finish(&l->instances);
+    ng_array_finish(&l->added);
+}
+
+static struct ng_gltf_params with_defaults(const struct ng_gltf_params *params)
+{
+    struct ng_gltf_params p = params ? *params : (struct ng_gltf_params){0};
+    p.max_file_size = p.max_file_size ? p.max_file_size : (uint64_t)1 << 30;
+    p.max_memory = p.max_memory ? p.max_memory : (uint64_t)2 << 30;
+    p.max_entities = p.max_entities ? p.max_entities : 1u << 18;
+    p.max_joints = p.max_joints ? p.max_joints : 4096;
+    p.max_image_side = p.max_image_side ? p.max_image_side : 16384;
+    return p;
+}
+
+ng_result ng_gltf_load(const char *path, struct ng_world *world, struct ng_assets *assets,
+                       const struct ng_gltf_params *params, struct ng_gltf_scene *out)
+{
+    *out = (struct ng_gltf_scene){0};
+    NG_REQUIRE(path && world && assets, "path, world and assets must be given");
+    struct gltf_loader l = {.path = path, .world = world, .assets = assets, .limits = with_defaults(params)};
+    struct gltf_document *doc;
+    NG_TRY(ng_gltf_parse(path, l.limits.max_file_size, &doc));
+    l.doc = doc;
+    ng_result r = load(&l);
+    if (r == NG_OK)
+        *out = l.out;
+    else
+        take_back(&l);
+    finish(&l);
+    ng_gltf_document_destroy(&doc);
+    return r;
+}

@@ -1,0 +1,233 @@
+// Accessors into plain arrays. Every byte that is read lies in a view that was found to lie in its buffer;
+// all arithmetic on the file's numbers is in 64 bits after the factors were bounded to 32.
+#include "asset/gltf_loader_internal.h"
+#include "base/log.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static uint32_t component_size(int type)
+{
+    switch (type) {
+    case GLTF_I8:
+    case GLTF_U8:
+        return 1;
+    case GLTF_I16:
+    case GLTF_U16:
+        return 2;
+    case GLTF_U32:
+    case GLTF_F32:
+        return 4;
+    default:
+        return 0;
+    }
+}
+
+// Elements in memory: `stride` bytes apart.
+struct elements {
+    const unsigned char *data;
+    size_t stride;
+    int type;
+    uint32_t components;
+};
+
+// Finds `count` elements in a view. stride 0: the elements are tightly packed (sparse parts).
+static ng_result locate(const struct gltf_loader *l, int accessor, int view, size_t offset, size_t count,
+                        bool may_stride, struct elements *e)
+{
+    const struct gltf_document *d = l->doc;
+    if (view < 0 || (uint32_t)view >= d->view_count)
+        return ng_gltf_error(l, "accessor %d: buffer view %d is not one of %u", accessor, view,
+                             d->view_count);
+    const struct gltf_view *v = &d->views[view];
+    if (v->buffer < 0 || (uint32_t)v->buffer >= d->buffer_count)
+        return ng_gltf_error(l, "buffer view %d: buffer %d is not one of %u", view, v->buffer,
+                             d->buffer_count);
+    const struct gltf_buffer *b = &d->buffers[v->buffer];
+    if (v->offset > b->size || v->length > b->size - v->offset)
+        return ng_gltf_error(l, "buffer view %d: bytes %zu + %zu run past buffer %d of %zu bytes", view,
+                             v->offset, v->length, v->buffer, b->size);
+    size_t unit = component_size(e->type), size = unit * e->components;
+    e->stride = may_stride && v->stride ? v->stride : size;
+    if (e->stride < size || e->stride % unit != 0)
+        return ng_gltf_error(l, "buffer view %d: stride %zu does not fit elements of %zu bytes (accessor %d)",
+                             view, e->stride, size, accessor);
+    if ((v->offset + offset) % unit != 0)
+        return ng_gltf_error(l, "accessor %d: byte offset %zu is not a multiple of the component size %zu",
+                             accessor, offset, unit);
+    // count and stride are under 2^32 and 2^8, so this cannot overflow.
+    size_t span = e->stride * (count - 1) + size;
+    if (offset > v->length || span > v->length - offset)
+        return ng_gltf_error(l,
+                             "accessor %d: %zu elements from byte %zu run past buffer view %d of %zu bytes",
+                             accessor, count, offset, view, v->length);
+    e->data = b->data + v->offset + offset;
+    return NG_OK;
+}
+
+static double component(const struct elements *e, size_t i, uint32_t c, bool normalized)
+{
+    const unsigned char *p = e->data + i * e->stride + c * component_size(e->type);
+    switch (e->type) {
+    case GLTF_I8: {
+        double v = (int8_t)*p;
+        return normalized ? fmax(v / 127, -1) : v;
+    }
+    case GLTF_U8:
+        return normalized ? *p / 255.0 : *p;
+    case GLTF_I16: {
+        int16_t v;
+        memcpy(&v, p, sizeof v);
+        return normalized ? fmax(v / 32767.0, -1) : v;
+    }
+    case GLTF_U16: {
+        uint16_t v;
+        memcpy(&v, p, sizeof v);
+        return normalized ? v / 65535.0 : v;
+    }
+    case GLTF_U32: {
+        uint32_t v;
+        memcpy(&v, p, sizeof v);
+        return v;
+    }
+    default: {
+        float v;
+        memcpy(&v, p, sizeof v);
+        return (double)v;
+    }
+    }
+}
+
+static const struct gltf_accessor *check(const struct gltf_loader *l, int index, const struct gltf_want *want)
+{
+    const struct gltf_document *d = l->doc;
+    if (index < 0 || (uint32_t)index >= d->accessor_count) {
+        ng_gltf_error(l, "%s: accessor %d is not one of %u", want->what, index, d->accessor_count);
+        return NULL;
+    }
+    const struct gltf_accessor *a = &d->accessors[index];
+    uint32_t type_bit = component_size(a->component_type) ? 1u << (a->component_type - GLTF_I8) : 0;
+    if (!(want->types & type_bit)) {
+        ng_gltf_error(l, "accessor %d: component type %d is not allowed for %s", index, a->component_type,
+                      want->what);
+        return NULL;
+    }
+    if (!(want->shapes & 1u << a->components)) {
+        ng_gltf_error(l, "accessor %d: %u components an element are not allowed for %s", index, a->components,
+                      want->what);
+        return NULL;
+    }
+    if (a->count == 0 || a->count > UINT32_MAX / 16) {
+        ng_gltf_error(l, "accessor %d: count %zu is not in 1 to %u", index, a->count, UINT32_MAX / 16);
+        return NULL;
+    }
+    return a;
+}
+
+// One 4-byte number a component: floats, or unsigned integers where the caller asked for them.
+union word {
+    float f;
+    uint32_t u;
+};
+
+static ng_result convert(const struct gltf_loader *l, int index, const struct elements *e, size_t from,
+                         size_t to, const struct gltf_want *want, union word *out)
+{
+    bool normalized = l->doc->accessors[index].normalized;
+    for (uint32_t c = 0; c < e->components; c++) {
+        double v = component(e, from, c, normalized);
+        if (want->integers) {
+            out[to * e->components + c].u = (uint32_t)v;
+            continue;
+        }
+        if (!isfinite(v))
+            return ng_gltf_error(l, "accessor %d: element %zu is not a finite number (%s)", index, to,
+                                 want->what);
+        out[to * e->components + c].f = (float)v;
+    }
+    return NG_OK;
+}
+
+static ng_result apply_sparse(const struct gltf_loader *l, int index, const struct gltf_want *want,
+                              union word *out)
+{
+    const struct gltf_accessor *a = &l->doc->accessors[index];
+    int type = a->sparse_index_type;
+    if (a->sparse_count < 1 || (size_t)a->sparse_count > a->count)
+        return ng_gltf_error(l, "accessor %d: sparse count %d is not in 1 to %zu", index, a->sparse_count,
+                             a->count);
+    if (type != GLTF_U8 && type != GLTF_U16 && type != GLTF_U32)
+        return ng_gltf_error(l, "accessor %d: sparse index type %d is not an unsigned integer", index, type);
+    if (a->sparse_index_offset < 0 || a->sparse_value_offset < 0)
+        return ng_gltf_error(l, "accessor %d: negative sparse byte offset", index);
+    size_t count = (size_t)a->sparse_count;
+    struct elements at = {.type = type, .components = 1};
+    struct elements values = {.type = a->component_type, .components = a->components};
+    NG_TRY(locate(l, index, a->sparse_index_view, (size_t)a->sparse_index_offset, count, false, &at));
+    NG_TRY(locate(l, index, a->sparse_value_view, (size_t)a->sparse_value_offset, count, false, &values));
+    double previous = -1;
+    for (size_t i = 0; i < count; i++) {
+        double target = component(&at, i, 0, false);
+        if (target <= previous || target >= (double)a->count)
+            return ng_gltf_error(l, "accessor %d: sparse index %zu is %.0f: not increasing or not below %zu",
+                                 index, i, target, a->count);
+        NG_TRY(convert(l, index, &values, i, (size_t)target, want, out));
+        previous = target;
+    }
+    return NG_OK;
+}
+
+static ng_result fill(const struct gltf_loader *l, int index, const struct gltf_want *want, union word *out)
+{
+    const struct gltf_accessor *a = &l->doc->accessors[index];
+    if (a->view >= 0) { // else zeros
+        struct elements e = {.type = a->component_type, .components = a->components};
+        NG_TRY(locate(l, index, a->view, a->offset, a->count, true, &e));
+        for (size_t i = 0; i < a->count; i++)
+            NG_TRY(convert(l, index, &e, i, i, want, out));
+    }
+    return a->sparse ? apply_sparse(l, index, want, out) : NG_OK;
+}
+
+ng_result ng_gltf_read(struct gltf_loader *l, int index, const struct gltf_want *want, void *out_items,
+                       uint32_t *count)
+{
+    void **out = out_items;
+    *out = NULL;
+    const struct gltf_accessor *a = check(l, index, want);
+    if (!a)
+        return NG_ERROR_FORMAT;
+    if (want->count && a->count != want->count)
+        return ng_gltf_error(l, "accessor %d: %zu elements where %s needs %u", index, a->count, want->what,
+                             want->count);
+    size_t words = a->count * a->components;
+    NG_TRY(ng_gltf_budget(l, words * sizeof(union word), want->what));
+    union word *items = calloc(words, sizeof *items);
+    if (!items)
+        return ng_gltf_out_of_memory(l);
+    ng_result r = fill(l, index, want, items);
+    if (r != NG_OK) {
+        free(items);
+        return r;
+    }
+    *out = items;
+    if (count)
+        *count = (uint32_t)a->count;
+    return NG_OK;
+}
+
+ng_result ng_gltf_view_bytes(const struct gltf_loader *l, int view, const unsigned char **data, size_t *size)
+{
+    const struct gltf_document *d = l->doc;
+    if (view < 0 || (uint32_t)view >= d->view_count)
+        return ng_gltf_error(l, "buffer view %d is not one of %u", view, d->view_count);
+    const struct gltf_view *v = &d->views[view];
+    struct elements bytes = {.type = GLTF_U8, .components = 1};
+    if (v->length == 0)
+        return ng_gltf_error(l, "buffer view %d: is empty", view);
+    NG_TRY(locate(l, -1, view, 0, v->length, false, &bytes));
+    *data = bytes.data;
+    *size = v->length;
+    return NG_OK;
+}

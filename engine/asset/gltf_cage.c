@@ -1,0 +1,134 @@
+// NG_scene's "cage": the control mesh of a subdivision surface. README.md has the specification.
+#include "asset/gltf_loader_internal.h"
+#include "base/log.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static ng_result read(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
+                      const char *key, const struct gltf_want *want, void *out, uint32_t *count)
+{
+    int accessor;
+    NG_TRY(ng_gltf_index_member(l, cage, where, key, -1, &accessor));
+    return accessor < 0 ? NG_OK : ng_gltf_read(l, accessor, want, out, count);
+}
+
+static ng_result check_below(const struct gltf_loader *l, const char *where, const char *key,
+                             const uint32_t *items, uint32_t count, uint32_t limit)
+{
+    for (uint32_t i = 0; items && i < count; i++)
+        if (items[i] >= limit)
+            return ng_gltf_error(l, "%s: cage: %s: %u at %u is not below %u", where, key, items[i], i, limit);
+    return NG_OK;
+}
+
+static ng_result read_faces(struct gltf_loader *l, const char *where, const struct gltf_value *v,
+                            struct ng_cage *c)
+{
+    const struct gltf_want sizes = {"cage.faceSizes", GLTF_UNSIGNED, 1u << 1, 0, true};
+    NG_TRY(read(l, where, v, "faceSizes", &sizes, &c->face_sizes, &c->face_count));
+    if (c->face_count == 0)
+        return ng_gltf_error(l, "%s: cage: has no faceSizes", where);
+    uint64_t corners = 0;
+    for (uint32_t i = 0; i < c->face_count; i++) {
+        if (c->face_sizes[i] < 3)
+            return ng_gltf_error(l, "%s: cage: face %u has %u corners, fewer than 3", where, i,
+                                 c->face_sizes[i]);
+        corners += c->face_sizes[i];
+    }
+    const struct gltf_want indices = {"cage.faceIndices", GLTF_UNSIGNED, 1u << 1, 0, true};
+    NG_TRY(read(l, where, v, "faceIndices", &indices, &c->face_indices, &c->index_count));
+    if (corners != c->index_count)
+        return ng_gltf_error(l, "%s: cage: faceSizes add up to %llu, but there are %u faceIndices", where,
+                             (unsigned long long)corners, c->index_count);
+    const struct gltf_want uvs = {"cage.faceUVs", GLTF_QUANTIZED, 1u << 2, c->index_count, false};
+    return read(l, where, v, "faceUVs", &uvs, &c->face_uvs, NULL);
+}
+
+static ng_result check_sharpness(const struct gltf_loader *l, const char *where, const char *key,
+                                 const float *sharpness, uint32_t count, uint32_t needed)
+{
+    if (count != needed)
+        return ng_gltf_error(l, "%s: cage: %u values of %s where %u are needed", where, count, key, needed);
+    for (uint32_t i = 0; i < count; i++)
+        if (sharpness[i] < 0 || sharpness[i] > 10)
+            return ng_gltf_error(l, "%s: cage: %s: %g at %u is not in 0 to 10", where, key,
+                                 (double)sharpness[i], i);
+    return NG_OK;
+}
+
+static ng_result read_creases(struct gltf_loader *l, const char *where, const struct gltf_value *v,
+                              struct ng_cage *c)
+{
+    const struct gltf_want indices = {"cage creases", GLTF_UNSIGNED, 1u << 1, 0, true};
+    const struct gltf_want sharpness = {"cage sharpness", GLTF_FLOATS, 1u << 1, 0, false};
+    uint32_t ends = 0, creases = 0, corners = 0;
+    NG_TRY(read(l, where, v, "creaseEdges", &indices, &c->crease_edges, &ends));
+    NG_TRY(read(l, where, v, "creaseSharpness", &sharpness, &c->crease_sharpness, &creases));
+    NG_TRY(read(l, where, v, "corners", &indices, &c->corners, &c->corner_count));
+    NG_TRY(read(l, where, v, "cornerSharpness", &sharpness, &c->corner_sharpness, &corners));
+    if (ends % 2 != 0)
+        return ng_gltf_error(l, "%s: cage: creaseEdges has an odd number of entries", where);
+    c->crease_count = ends / 2;
+    NG_TRY(check_sharpness(l, where, "creaseSharpness", c->crease_sharpness, creases, c->crease_count));
+    return check_sharpness(l, where, "cornerSharpness", c->corner_sharpness, corners, c->corner_count);
+}
+
+static ng_result read_vertices(struct gltf_loader *l, const char *where, const struct gltf_value *v,
+                               const struct ng_geometry *g, struct ng_cage *c)
+{
+    const struct gltf_want positions = {"cage.positions", GLTF_FLOATS, 1u << 3, 0, false};
+    const struct gltf_want map = {"cage.vertexMap", GLTF_UNSIGNED, 1u << 1, 0, true};
+    uint32_t mapped = 0;
+    NG_TRY(read(l, where, v, "positions", &positions, &c->positions, &c->vertex_count));
+    NG_TRY(read(l, where, v, "vertexMap", &map, &c->vertex_map, &mapped));
+    NG_TRY(check_below(l, where, "vertexMap", c->vertex_map, mapped, g->vertex_count));
+    if (!c->vertex_map && (!c->positions || g->joints))
+        return ng_gltf_error(l, "%s: cage: needs a vertexMap (%s)", where,
+                             g->joints ? "the primitive is skinned" : "it has no positions");
+    if (c->positions && c->vertex_map && mapped != c->vertex_count)
+        return ng_gltf_error(l, "%s: cage: %u entries of vertexMap for %u positions", where, mapped,
+                             c->vertex_count);
+    if (c->positions)
+        return NG_OK;
+    NG_TRY(ng_gltf_budget(l, (uint64_t)mapped * 12, where));
+    c->vertex_count = mapped;
+    c->positions = malloc((size_t)mapped * 12);
+    if (!c->positions)
+        return ng_gltf_out_of_memory(l);
+    for (size_t i = 0; i < mapped; i++)
+        memcpy(c->positions + i * 3, g->positions + c->vertex_map[i] * (size_t)3, 12);
+    return NG_OK;
+}
+
+static ng_result check_members(const struct gltf_loader *l, const char *where, const struct gltf_value *cage)
+{
+    static const char *const known[] = {"positions", "faceSizes",       "faceIndices",
+                                        "faceUVs",   "creaseEdges",     "creaseSharpness",
+                                        "corners",   "cornerSharpness", "vertexMap"};
+    for (uint32_t i = 0; i < cage->count; i++) {
+        bool found = false;
+        for (size_t k = 0; k < NG_COUNT(known); k++)
+            found = found || strcmp(cage->items[i].key, known[k]) == 0;
+        if (!found)
+            return ng_gltf_error(l, "%s: cage: unknown member \"%.64s\"", where, cage->items[i].key);
+    }
+    return NG_OK;
+}
+
+ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
+                       struct ng_geometry *g)
+{
+    if (cage->kind != GLTF_OBJECT)
+        return ng_gltf_error(l, "%s: cage is not an object", where);
+    NG_TRY(check_members(l, where, cage));
+    struct ng_cage *c = g->cage = calloc(1, sizeof *c);
+    if (!c)
+        return ng_gltf_out_of_memory(l);
+    NG_TRY(read_faces(l, where, cage, c));
+    NG_TRY(read_creases(l, where, cage, c));
+    NG_TRY(read_vertices(l, where, cage, g, c));
+    NG_TRY(check_below(l, where, "faceIndices", c->face_indices, c->index_count, c->vertex_count));
+    NG_TRY(check_below(l, where, "creaseEdges", c->crease_edges, c->crease_count * 2, c->vertex_count));
+    return check_below(l, where, "corners", c->corners, c->corner_count, c->vertex_count);
+}

@@ -1,0 +1,136 @@
+// The state of one glTF load, and what its parts (one topic a file) offer each other.
+#ifndef NG_ASSET_GLTF_LOADER_INTERNAL_H
+#define NG_ASSET_GLTF_LOADER_INTERNAL_H
+
+#include "asset/assets.h"
+#include "asset/gltf_internal.h"
+#include "asset/image.h"
+#include "base/array.h"
+#include "scene/world.h"
+
+// A primitive made into geometry; the same primitive again gives the same record.
+struct gltf_shape {
+    uint64_t key; // hash of everything that the geometry is made from
+    ng_asset geometry;
+    uint32_t joint_limit; // largest joint index used, plus 1; 0: not skinned
+};
+
+struct gltf_instance {
+    uint32_t node;
+    int skin; // -1: none
+    ng_asset geometry;
+};
+
+struct gltf_loader {
+    const char *path;
+    const struct gltf_document *doc;
+    struct ng_world *world;
+    struct ng_assets *assets;
+    struct ng_gltf_params limits; // defaults filled in
+    uint64_t memory;              // of limits.max_memory
+    struct ng_gltf_scene out;
+
+    uint32_t *parents; // [node_count], NG_GLTF_NO_NODE for roots
+    uint32_t *order;   // nodes of the scene, parents first
+    uint32_t order_count;
+    ng_entity *nodes;                   // [node_count], null: not in the scene
+    ng_entity *materials;               // [material_count]
+    ng_asset *skins;                    // [skin_count]
+    ng_asset (*images)[8];              // [image_count] by srgb, repeat_u, repeat_v
+    NG_ARRAY(struct gltf_shape) shapes; // hash table, a power of two; geometry 0: free
+    NG_ARRAY(struct gltf_instance) instances;
+    NG_ARRAY(ng_asset) added; // to take back on failure
+    bool warned_blend, warned_mirror, warned_uv, warned_morph, warned_weights, warned_influences, warned_mode;
+    bool warned_camera;
+};
+
+#define NG_GLTF_NO_NODE   UINT32_MAX
+#define NG_GLTF_MAX_DEPTH 1024 // of the node hierarchy
+
+// ---- messages: "PATH: message"; each returns the result so that it can be returned
+// --------------------------
+ng_result ng_gltf_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRINTF(2, 3); // FORMAT
+ng_result ng_gltf_unsupported(const struct gltf_loader *l, const char *fmt, ...)
+    NG_PRINTF(2, 3); // UNSUPPORTED
+ng_result ng_gltf_out_of_memory(const struct gltf_loader *l);
+// Warns once a load for each flag.
+void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ...) NG_PRINTF(3, 4);
+// Counts bytes that are about to be allocated against the limit.
+NG_NODISCARD ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what);
+
+// ---- gltf_accessor.c
+// ---------------------------------------------------------------------------------------
+#define GLTF_TYPE(t) (1u << ((t)-GLTF_I8))
+enum {
+    GLTF_FLOATS = GLTF_TYPE(GLTF_F32),
+    GLTF_UNSIGNED = GLTF_TYPE(GLTF_U8) | GLTF_TYPE(GLTF_U16) | GLTF_TYPE(GLTF_U32),
+    GLTF_SMALL_UNSIGNED = GLTF_TYPE(GLTF_U8) | GLTF_TYPE(GLTF_U16),
+    GLTF_QUANTIZED = GLTF_FLOATS | GLTF_SMALL_UNSIGNED | GLTF_TYPE(GLTF_I8) | GLTF_TYPE(GLTF_I16),
+};
+
+struct gltf_want {
+    const char *what; // for messages: "POSITION"
+    uint32_t types;   // set of GLTF_TYPE
+    uint32_t shapes;  // set of 1 << components
+    uint32_t count;   // elements it must have; 0: any, at least 1
+    bool integers;    // out is uint32_t, else float (all finite)
+};
+
+// Decodes an accessor into `*out` (float ** or uint32_t **, from malloc), [count][components].
+NG_NODISCARD ng_result ng_gltf_read(struct gltf_loader *l, int accessor, const struct gltf_want *want,
+                                    void *out, uint32_t *count);
+// The bytes of a buffer view, borrowed.
+NG_NODISCARD ng_result ng_gltf_view_bytes(const struct gltf_loader *l, int view, const unsigned char **data,
+                                          size_t *size);
+
+// ---- gltf_extension.c
+// -------------------------------------------------------------------------------------- Null if `object`
+// (may be null) has no such member.
+const struct gltf_value *ng_gltf_member(const struct gltf_value *object, const char *key);
+// A member that is a whole number; `missing` where there is none.
+NG_NODISCARD ng_result ng_gltf_index_member(const struct gltf_loader *l, const struct gltf_value *object,
+                                            const char *where, const char *key, int missing, int *out);
+// Gives an entity a component after checking every field against its table.
+NG_NODISCARD ng_result ng_gltf_add(struct gltf_loader *l, ng_entity e, const char *where,
+                                   ng_component component, const void *value);
+// A new entity with a name ("FALLBACK INDEX" if the file has none) below `parent`.
+NG_NODISCARD ng_result ng_gltf_entity(struct gltf_loader *l, ng_entity parent, const char *name,
+                                      const char *fallback, uint32_t index, ng_entity *out);
+// The "components" of an NG_scene extension (may be null). `special`: another member that may be there.
+NG_NODISCARD ng_result ng_gltf_components(struct gltf_loader *l, ng_entity e, const char *where,
+                                          const struct gltf_value *extension, const char *special);
+
+// ---- gltf_material.c
+// ---------------------------------------------------------------------------------------
+NG_NODISCARD ng_result ng_gltf_materials(struct gltf_loader *l);
+// The image of a texture, loaded when it is first asked for.
+NG_NODISCARD ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture, bool srgb,
+                                       ng_asset *out);
+// A picture file beside the document.
+NG_NODISCARD ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *uri,
+                                       ng_asset *out);
+
+// ---- gltf_mesh.c, gltf_cage.c
+// ------------------------------------------------------------------------------
+NG_NODISCARD ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive,
+                                     struct gltf_shape *out);
+// Reads NG_scene's "cage" into g->cage. `g` is as the file has it, before vertices are split.
+NG_NODISCARD ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
+                                    struct ng_geometry *g);
+
+// ---- gltf_skin.c, gltf_animation.c
+// ------------------------------------------------------------------------- The skeleton of a skin, made when
+// it is first asked for; its joints must be nodes of the scene.
+NG_NODISCARD ng_result ng_gltf_skin(struct gltf_loader *l, int skin, ng_asset *out);
+NG_NODISCARD ng_result ng_gltf_animations(struct gltf_loader *l);
+
+// ---- gltf_node.c, gltf_scale.c
+// ----------------------------------------------------------------------------- Checks the hierarchy and
+// makes an entity with a transform for each node of the scene.
+NG_NODISCARD ng_result ng_gltf_nodes(struct gltf_loader *l, const struct gltf_scene *scene);
+// What hangs on the nodes: meshes, cameras, lights, extensions.
+NG_NODISCARD ng_result ng_gltf_attachments(struct gltf_loader *l);
+// Scene scale and camera where the file has none.
+NG_NODISCARD ng_result ng_gltf_scale_and_camera(struct gltf_loader *l);
+
+#endif

@@ -1,0 +1,176 @@
+// Materials become entities; images are loaded once for each way in which they are sampled.
+#include "asset/gltf_loader_internal.h"
+#include "base/file.h"
+#include "base/log.h"
+#include "components/components.h"
+#include "components/material.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static ng_result keep_image(struct gltf_loader *l, const char *name, struct ng_image *image, ng_asset *out)
+{
+    if (!ng_array_reserve(&l->added, l->added.count + 1)) {
+        ng_image_finish(image);
+        return ng_gltf_out_of_memory(l);
+    }
+    l->memory += image->size; // bounded by the decoder, which was told what is left
+    NG_TRY(ng_assets_take_image(l->assets, name, image, out));
+    ng_array_push(&l->added, *out);
+    l->out.image_count++;
+    return NG_OK;
+}
+
+// What the decoder may use is what the scene has left.
+static ng_result image_params(const struct gltf_loader *l, const char *what, struct ng_image_params *p)
+{
+    p->max_side = l->limits.max_image_side;
+    p->max_memory = l->limits.max_memory - l->memory;
+    if (p->max_memory > 0)
+        return NG_OK;
+    ng_log_error("%s: %s: the scene's limit of memory is used up", l->path, what);
+    return NG_ERROR_MEMORY;
+}
+
+static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_params *params, ng_asset *out)
+{
+    const struct gltf_image *image = &l->doc->images[index];
+    char name[4096];
+    snprintf(name, sizeof name, "%.3500s: image %d", l->path, index);
+    NG_TRY(image_params(l, name, params));
+    struct ng_image decoded;
+    const unsigned char *data = image->data;
+    size_t size = image->size;
+    if (image->uri[0]) {
+        char path[4096];
+        const char *why;
+        // Names with percent-encoded bytes are decoded in place of the parser, which keeps them.
+        if (!ng_gltf_file_path(l->path, image->uri, path, sizeof path, &why))
+            return ng_gltf_error(l, "image %d: \"%.200s\" %s", index, image->uri, why);
+        NG_TRY(ng_image_load(path, params, &decoded));
+        return keep_image(l, path, &decoded, out);
+    }
+    if (image->view >= 0)
+        NG_TRY(ng_gltf_view_bytes(l, image->view, &data, &size));
+    NG_TRY(ng_image_decode(name, data, size, params, &decoded));
+    return keep_image(l, image->name[0] ? image->name : name, &decoded, out);
+}
+
+static ng_result wrap_mode(struct gltf_loader *l, int sampler, const char *axis, int mode, bool *repeat)
+{
+    enum { CLAMP = 33071, MIRRORED = 33648, REPEAT = 10497 };
+    if (mode != CLAMP && mode != MIRRORED && mode != REPEAT)
+        return ng_gltf_error(l, "sampler %d: %s has no mode %d", sampler, axis, mode);
+    if (mode == MIRRORED)
+        ng_gltf_warn(l, &l->warned_mirror, "sampler %d: MIRRORED_REPEAT is treated as REPEAT", sampler);
+    *repeat = mode != CLAMP;
+    return NG_OK;
+}
+
+ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture, bool srgb, ng_asset *out)
+{
+    const struct gltf_document *d = l->doc;
+    *out = (ng_asset){0};
+    if (texture < 0 || (uint32_t)texture >= d->texture_count)
+        return ng_gltf_error(l, "%s: texture %d is not one of %u", where, texture, d->texture_count);
+    const struct gltf_texture *t = &d->textures[texture];
+    if (t->image < 0 || (uint32_t)t->image >= d->image_count)
+        return ng_gltf_error(l, "texture %d: image %d is not one of %u", texture, t->image, d->image_count);
+    struct ng_image_params params = {.srgb = srgb, .repeat_u = true, .repeat_v = true};
+    if (t->sampler >= 0) {
+        if ((uint32_t)t->sampler >= d->sampler_count)
+            return ng_gltf_error(l, "texture %d: sampler %d is not one of %u", texture, t->sampler,
+                                 d->sampler_count);
+        const struct gltf_sampler *s = &d->samplers[t->sampler];
+        NG_TRY(wrap_mode(l, t->sampler, "wrapS", s->wrap_s, &params.repeat_u));
+        NG_TRY(wrap_mode(l, t->sampler, "wrapT", s->wrap_t, &params.repeat_v));
+    }
+    ng_asset *cached = &l->images[t->image][srgb * 4 + params.repeat_u * 2 + params.repeat_v];
+    if (!cached->id)
+        NG_TRY(load_image(l, t->image, &params, cached));
+    *out = *cached;
+    return NG_OK;
+}
+
+ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *uri, ng_asset *out)
+{
+    char path[4096];
+    const char *why;
+    if (!ng_gltf_file_path(l->path, uri, path, sizeof path, &why))
+        return ng_gltf_error(l, "%s: \"%.200s\" %s", where, uri, why);
+    // Around a latitude-longitude map u wraps, v does not.
+    struct ng_image_params params = {.srgb = true, .repeat_u = true};
+    struct ng_image image;
+    NG_TRY(image_params(l, where, &params));
+    NG_TRY(ng_image_load(path, &params, &image));
+    return keep_image(l, path, &image, out);
+}
+
+static ng_result use_texture(struct gltf_loader *l, const char *where, const struct gltf_texture_use *use,
+                             bool srgb, ng_asset *out)
+{
+    if (use->texture == -1)
+        return NG_OK;
+    if (use->uv_set != 0)
+        ng_gltf_warn(l, &l->warned_uv, "%s: a texture uses TEXCOORD_%d; TEXCOORD_0 is used instead", where,
+                     use->uv_set);
+    return ng_gltf_texture(l, where, use->texture, srgb, out);
+}
+
+static void copy3(float out[3], const double *in)
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = (float)in[i];
+}
+
+static ng_result alpha_mode(struct gltf_loader *l, const char *where, const char *mode, bool *mask)
+{
+    bool blend = strcmp(mode, "BLEND") == 0;
+    if (!blend && strcmp(mode, "MASK") != 0 && strcmp(mode, "OPAQUE") != 0)
+        return ng_gltf_error(l, "%s: alphaMode \"%.40s\" is not OPAQUE, MASK or BLEND", where, mode);
+    if (blend)
+        ng_gltf_warn(l, &l->warned_blend, "%s: alpha mode BLEND is treated as MASK", where);
+    *mask = strcmp(mode, "OPAQUE") != 0;
+    return NG_OK;
+}
+
+static ng_result make_material(struct gltf_loader *l, const char *where, const struct gltf_material *m,
+                               ng_entity e)
+{
+    struct ng_material out;
+    memcpy(&out, ng_material_component.defaults, sizeof out);
+    copy3(out.base_color, m->base_color.items);
+    copy3(out.emissive, m->emissive.items);
+    out.alpha = (float)m->base_color.items[3];
+    out.metallic = (float)m->metallic;
+    out.roughness = (float)m->roughness;
+    out.alpha_cutoff = (float)m->alpha_cutoff;
+    out.normal_scale = (float)m->normal_scale;
+    out.emissive_strength = (float)m->emissive_strength;
+    out.double_sided = m->double_sided;
+    NG_TRY(alpha_mode(l, where, m->alpha_mode, &out.alpha_mask));
+    NG_TRY(use_texture(l, where, &m->base_color_texture, true, &out.base_color_texture));
+    NG_TRY(use_texture(l, where, &m->metallic_roughness_texture, false, &out.metallic_roughness_texture));
+    NG_TRY(use_texture(l, where, &m->normal_texture, false, &out.normal_texture));
+    NG_TRY(use_texture(l, where, &m->emissive_texture, true, &out.emissive_texture));
+    NG_TRY(ng_gltf_add(l, e, where, NG_MATERIAL, &out));
+    return ng_gltf_components(l, e, where, m->extension, NULL);
+}
+
+ng_result ng_gltf_materials(struct gltf_loader *l)
+{
+    const struct gltf_document *d = l->doc;
+    if (d->material_count == 0)
+        return NG_OK;
+    ng_entity group;
+    NG_TRY(ng_gltf_entity(l, l->out.root, "materials", "group", 0, &group));
+    for (uint32_t i = 0; i < d->material_count; i++) {
+        const struct gltf_material *m = &d->materials[i];
+        char where[32];
+        snprintf(where, sizeof where, "material %u", i);
+        NG_TRY(ng_gltf_entity(l, group, m->name, "material", i, &l->materials[i]));
+        NG_TRY(make_material(l, where, m, l->materials[i]));
+    }
+    l->out.material_count = d->material_count;
+    return NG_OK;
+}

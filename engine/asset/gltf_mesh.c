@@ -1,0 +1,270 @@
+// Primitives into geometry: attributes decoded and checked, every topology turned into triangles, what is
+// missing computed. A primitive made from the same accessors as an earlier one shares its geometry.
+#include "asset/geometry.h"
+#include "asset/gltf_loader_internal.h"
+#include "base/hash.h"
+#include "base/log.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int attribute(const struct gltf_primitive *p, const char *name)
+{
+    for (uint32_t i = 0; i < p->attribute_count; i++)
+        if (strcmp(p->attributes[i].name, name) == 0)
+            return p->attributes[i].accessor;
+    return -1;
+}
+
+static bool has_attribute(const struct gltf_primitive *p, const char *name)
+{
+    for (uint32_t i = 0; i < p->attribute_count; i++)
+        if (strcmp(p->attributes[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+static ng_result read_attribute(struct gltf_loader *l, const struct gltf_primitive *p,
+                                const struct gltf_want *want, float **out)
+{
+    return has_attribute(p, want->what) ? ng_gltf_read(l, attribute(p, want->what), want, out, NULL) : NG_OK;
+}
+
+static void normalize3(float *v)
+{
+    float length = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    if (!(length > 1e-20f) || !isfinite(length)) {
+        v[0] = 0, v[1] = 1, v[2] = 0;
+        return;
+    }
+    for (int i = 0; i < 3; i++)
+        v[i] /= length;
+}
+
+static ng_result read_surface(struct gltf_loader *l, const struct gltf_primitive *p, struct ng_geometry *g)
+{
+    NG_TRY(ng_gltf_read(l, attribute(p, "POSITION"),
+                        &(struct gltf_want){"POSITION", GLTF_QUANTIZED, 1u << 3, 0, 0}, &g->positions,
+                        &g->vertex_count));
+    uint32_t n = g->vertex_count;
+    NG_TRY(read_attribute(l, p, &(struct gltf_want){"NORMAL", GLTF_QUANTIZED, 1u << 3, n, 0}, &g->normals));
+    NG_TRY(read_attribute(l, p, &(struct gltf_want){"TANGENT", GLTF_QUANTIZED, 1u << 4, n, 0}, &g->tangents));
+    NG_TRY(read_attribute(l, p, &(struct gltf_want){"TEXCOORD_0", GLTF_QUANTIZED, 1u << 2, n, 0}, &g->uvs));
+    for (size_t i = 0; g->normals && i < n; i++)
+        normalize3(g->normals + i * 3);
+    for (size_t i = 0; g->tangents && i < n; i++) {
+        normalize3(g->tangents + i * 4);
+        g->tangents[i * 4 + 3] = g->tangents[i * 4 + 3] < 0 ? -1.0f : 1.0f;
+    }
+    return NG_OK;
+}
+
+static ng_result read_weights(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                              struct ng_geometry *g)
+{
+    uint32_t n = g->vertex_count;
+    NG_TRY(read_attribute(l, p,
+                          &(struct gltf_want){"WEIGHTS_0", GLTF_FLOATS | GLTF_SMALL_UNSIGNED, 1u << 4, n, 0},
+                          &g->weights));
+    for (size_t i = 0; g->weights && i < n; i++) {
+        float *w = g->weights + i * 4, sum = 0;
+        for (int k = 0; k < 4; k++) {
+            if (w[k] < 0)
+                return ng_gltf_error(l, "%s: WEIGHTS_0 of vertex %zu is negative", where, i);
+            sum += w[k];
+        }
+        if (!isfinite(sum))
+            return ng_gltf_error(l, "%s: the sum of WEIGHTS_0 of vertex %zu is not finite", where, i);
+        for (int k = 0; k < 4; k++)
+            w[k] = sum > 0 ? w[k] / sum : (k == 0 ? 1.0f : 0.0f);
+    }
+    return NG_OK;
+}
+
+static ng_result read_skinning(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                               struct ng_geometry *g, uint32_t *joint_limit)
+{
+    if (!has_attribute(p, "JOINTS_0") && !has_attribute(p, "WEIGHTS_0"))
+        return NG_OK;
+    if (!has_attribute(p, "JOINTS_0") || !has_attribute(p, "WEIGHTS_0"))
+        return ng_gltf_error(l, "%s: JOINTS_0 and WEIGHTS_0 must come together", where);
+    if (has_attribute(p, "JOINTS_1"))
+        ng_gltf_warn(l, &l->warned_influences, "%s: only the first 4 joints of a vertex are used", where);
+    NG_TRY(read_weights(l, p, where, g));
+    uint32_t *joints;
+    struct gltf_want want = {"JOINTS_0", GLTF_SMALL_UNSIGNED, 1u << 4, g->vertex_count, true};
+    NG_TRY(ng_gltf_read(l, attribute(p, "JOINTS_0"), &want, &joints, NULL));
+    size_t words = (size_t)g->vertex_count * 4;
+    g->joints = malloc(words * sizeof *g->joints);
+    for (size_t i = 0; g->joints && i < words; i++) {
+        g->joints[i] = g->weights[i] > 0 ? (uint16_t)joints[i] : 0;
+        *joint_limit = g->joints[i] >= *joint_limit ? g->joints[i] + 1u : *joint_limit;
+    }
+    free(joints);
+    return g->joints ? NG_OK : ng_gltf_out_of_memory(l);
+}
+
+// The vertices in drawing order: the index accessor, or 0, 1, 2, ...
+static ng_result read_order(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                            uint32_t vertex_count, uint32_t **out, uint32_t *count)
+{
+    if (p->indices >= 0) {
+        struct gltf_want want = {"indices", GLTF_UNSIGNED, 1u << 1, 0, true};
+        NG_TRY(ng_gltf_read(l, p->indices, &want, out, count));
+        for (uint32_t i = 0; i < *count; i++)
+            if ((*out)[i] >= vertex_count)
+                return ng_gltf_error(l, "%s: accessor %d: index %u at %u is not below the %u vertices", where,
+                                     p->indices, (*out)[i], i, vertex_count);
+        return NG_OK;
+    }
+    if (p->indices < -1)
+        return ng_gltf_error(l, "%s: indices: accessor %d is not one of %u", where, p->indices,
+                             l->doc->accessor_count);
+    NG_TRY(ng_gltf_budget(l, (uint64_t)vertex_count * 4, where));
+    *count = vertex_count;
+    *out = malloc((size_t)vertex_count * 4);
+    if (!*out)
+        return ng_gltf_out_of_memory(l);
+    for (uint32_t i = 0; i < vertex_count; i++)
+        (*out)[i] = i;
+    return NG_OK;
+}
+
+// Strips and fans into triangles; the order of a strip's odd triangles is turned (glTF 2.0, 3.7.2.1).
+static ng_result make_triangles(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                                struct ng_geometry *g)
+{
+    if (p->mode == GLTF_TRIANGLES && g->index_count % 3 != 0)
+        return ng_gltf_error(l, "%s: %u indices are not a multiple of 3", where, g->index_count);
+    if (g->index_count < 3)
+        return ng_gltf_error(l, "%s: %u indices make no triangle", where, g->index_count);
+    if (p->mode == GLTF_TRIANGLES)
+        return NG_OK;
+    size_t triangles = g->index_count - 2;
+    NG_TRY(ng_gltf_budget(l, triangles * 12, where));
+    uint32_t *out = malloc(triangles * 12);
+    if (!out)
+        return ng_gltf_out_of_memory(l);
+    for (size_t t = 0; t < triangles; t++) {
+        bool strip = p->mode == GLTF_TRIANGLE_STRIP, odd = strip && t % 2 == 1;
+        out[t * 3] = g->indices[strip ? t : 0];
+        out[t * 3 + 1] = g->indices[t + (odd ? 2 : 1)];
+        out[t * 3 + 2] = g->indices[t + (odd ? 1 : 2)];
+    }
+    free(g->indices);
+    g->indices = out;
+    g->index_count = (uint32_t)(triangles * 3);
+    return NG_OK;
+}
+
+// What ng_geometry_complete will allocate.
+static uint64_t completion_size(const struct ng_geometry *g)
+{
+    uint64_t vertices = g->normals ? g->vertex_count : g->index_count;
+    uint64_t copies = g->normals ? 0 : 12 + 12 + (g->uvs ? 8u : 0u) + (g->joints ? 24u : 0u);
+    return vertices * (copies + (g->uvs ? 0u : 8u) + (g->tangents ? 0u : 16u + 24u));
+}
+
+static ng_result build(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                       struct ng_geometry *g, uint32_t *joint_limit)
+{
+    NG_TRY(read_surface(l, p, g));
+    NG_TRY(read_skinning(l, p, where, g, joint_limit));
+    NG_TRY(read_order(l, p, where, g->vertex_count, &g->indices, &g->index_count));
+    NG_TRY(make_triangles(l, p, where, g));
+    const struct gltf_value *cage = ng_gltf_member(p->extension, "cage");
+    if (cage)
+        NG_TRY(ng_gltf_cage(l, where, cage, g));
+    NG_TRY(ng_gltf_budget(l, completion_size(g), where));
+    return ng_geometry_complete(g);
+}
+
+static ng_result build_shape(struct gltf_loader *l, const struct gltf_primitive *p, const char *name,
+                             const char *where, struct gltf_shape *out)
+{
+    if (!has_attribute(p, "POSITION"))
+        return ng_gltf_error(l, "%s: has no POSITION", where);
+    if (p->target_count)
+        ng_gltf_warn(l, &l->warned_morph, "%s: morph targets are ignored", where);
+    struct ng_geometry g = {0};
+    ng_result r = build(l, p, where, &g, &out->joint_limit);
+    if (r == NG_OK && !ng_array_reserve(&l->added, l->added.count + 1))
+        r = ng_gltf_out_of_memory(l);
+    if (r != NG_OK) {
+        ng_geometry_finish(&g);
+        return r;
+    }
+    NG_TRY(ng_assets_take_geometry(l->assets, name[0] ? name : where, &g, &out->geometry));
+    ng_array_push(&l->added, out->geometry);
+    return NG_OK;
+}
+
+static uint64_t hash_value(uint64_t h, const struct gltf_value *v)
+{
+    h = ng_hash_combine(h, v->kind);
+    h = v->key ? ng_hash_combine(h, ng_hash_string(v->key)) : h;
+    h = ng_hash_bytes(h, &v->number, sizeof v->number);
+    for (uint32_t i = 0; i < v->count; i++)
+        h = hash_value(h, &v->items[i]);
+    return h;
+}
+
+static uint64_t shape_key(const struct gltf_primitive *p)
+{
+    uint64_t h =
+        ng_hash_combine((uint64_t)(uint32_t)p->indices << 32 | (uint32_t)p->mode, p->attribute_count);
+    for (uint32_t i = 0; i < p->attribute_count; i++) {
+        h = ng_hash_combine(h, ng_hash_string(p->attributes[i].name));
+        h = ng_hash_combine(h, (uint32_t)p->attributes[i].accessor);
+    }
+    const struct gltf_value *cage = ng_gltf_member(p->extension, "cage");
+    return cage ? hash_value(h, cage) : h;
+}
+
+// The record of a key in an open-addressed table, or the free one where it belongs.
+static struct gltf_shape *slot(struct gltf_loader *l, uint64_t key)
+{
+    size_t mask = l->shapes.count - 1;
+    size_t i = (size_t)key & mask;
+    while (l->shapes.items[i].geometry.id && l->shapes.items[i].key != key)
+        i = (i + 1) & mask;
+    return &l->shapes.items[i];
+}
+
+// Twice as many slots as the document has primitives, so that the table never fills.
+static ng_result make_table(struct gltf_loader *l)
+{
+    size_t primitives = 0, slots = 16;
+    for (uint32_t i = 0; i < l->doc->mesh_count; i++)
+        primitives += l->doc->meshes[i].primitive_count;
+    while (slots < primitives * 2)
+        slots *= 2;
+    return ng_array_resize(&l->shapes, slots) ? NG_OK : ng_gltf_out_of_memory(l);
+}
+
+ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive, struct gltf_shape *out)
+{
+    const struct gltf_mesh *m = &l->doc->meshes[mesh];
+    const struct gltf_primitive *p = &m->primitives[primitive];
+    char where[64];
+    snprintf(where, sizeof where, "mesh %u, primitive %u", mesh, primitive);
+    *out = (struct gltf_shape){0};
+    if (p->mode < 0 || p->mode > GLTF_TRIANGLE_FAN)
+        return ng_gltf_error(l, "%s: there is no mode %d", where, p->mode);
+    if (p->mode < GLTF_TRIANGLES) {
+        ng_gltf_warn(l, &l->warned_mode, "%s: points and lines are skipped", where);
+        return NG_OK;
+    }
+    if (!l->shapes.count)
+        NG_TRY(make_table(l));
+    uint64_t key = shape_key(p);
+    struct gltf_shape *shape = slot(l, key);
+    if (!shape->geometry.id) {
+        shape->key = key;
+        NG_TRY(build_shape(l, p, m->name, where, shape));
+    }
+    *out = *shape;
+    return NG_OK;
+}

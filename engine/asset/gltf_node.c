@@ -1,0 +1,349 @@
+// The node hierarchy, and what hangs on nodes.
+//
+// The hierarchy is walked breadth first without recursion: a node that is not reached from any root is on a
+// cycle. Entities get their parents from the leaves up, so that the world's own check for cycles has one step
+// to walk, however deep the file is.
+#include "asset/gltf_loader_internal.h"
+#include "base/log.h"
+#include "components/camera.h"
+#include "components/components.h"
+#include "components/light_directional.h"
+#include "components/light_point.h"
+#include "components/light_spot.h"
+#include "components/mesh.h"
+#include "components/skin.h"
+#include "components/transform.h"
+
+#include <cglm/cglm.h>
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static ng_result find_parents(struct gltf_loader *l)
+{
+    const struct gltf_document *d = l->doc;
+    for (uint32_t i = 0; i < d->node_count; i++)
+        l->parents[i] = NG_GLTF_NO_NODE;
+    for (uint32_t i = 0; i < d->node_count; i++)
+        for (uint32_t k = 0; k < d->nodes[i].child_count; k++) {
+            int child = d->nodes[i].children[k];
+            if (child < 0 || (uint32_t)child >= d->node_count)
+                return ng_gltf_error(l, "node %u: child %d is not one of %u", i, child, d->node_count);
+            if (l->parents[child] != NG_GLTF_NO_NODE)
+                return ng_gltf_error(l, "node %d: is a child of node %u and of node %u", child,
+                                     l->parents[child], i);
+            l->parents[child] = i;
+        }
+    return NG_OK;
+}
+
+// Appends everything below the nodes already in the order. Depths are counted by levels of the walk.
+static ng_result walk_down(struct gltf_loader *l)
+{
+    uint32_t depth = 0;
+    for (uint32_t begin = 0; begin < l->order_count; depth++) {
+        if (depth >= NG_GLTF_MAX_DEPTH)
+            return ng_gltf_unsupported(l, "node %u: is nested deeper than %d levels", l->order[begin],
+                                       NG_GLTF_MAX_DEPTH);
+        uint32_t end = l->order_count;
+        for (; begin < end; begin++) {
+            const struct gltf_node *n = &l->doc->nodes[l->order[begin]];
+            for (uint32_t k = 0; k < n->child_count; k++)
+                l->order[l->order_count++] = (uint32_t)n->children[k];
+        }
+    }
+    return NG_OK;
+}
+
+static ng_result check_no_cycle(struct gltf_loader *l)
+{
+    const struct gltf_document *d = l->doc;
+    l->order_count = 0;
+    for (uint32_t i = 0; i < d->node_count; i++)
+        if (l->parents[i] == NG_GLTF_NO_NODE)
+            l->order[l->order_count++] = i;
+    NG_TRY(walk_down(l));
+    if (l->order_count == d->node_count)
+        return NG_OK;
+    bool *seen = calloc(d->node_count, sizeof *seen);
+    if (!seen)
+        return ng_gltf_out_of_memory(l);
+    for (uint32_t i = 0; i < l->order_count; i++)
+        seen[l->order[i]] = true;
+    uint32_t on_cycle = 0;
+    while (seen[on_cycle])
+        on_cycle++;
+    free(seen);
+    return ng_gltf_error(l, "node %u: is its own ancestor (the hierarchy has a cycle)", on_cycle);
+}
+
+// The order of the scene alone. Without a scene it is the whole file's, which is there already.
+static ng_result find_order(struct gltf_loader *l, const struct gltf_scene *scene)
+{
+    NG_TRY(find_parents(l));
+    NG_TRY(check_no_cycle(l));
+    if (!scene)
+        return NG_OK;
+    l->order_count = 0;
+    for (uint32_t i = 0; i < scene->node_count; i++) {
+        int node = scene->nodes[i];
+        if (node < 0 || (uint32_t)node >= l->doc->node_count)
+            return ng_gltf_error(l, "scene: node %d is not one of %u", node, l->doc->node_count);
+        if (l->parents[node] == (uint32_t)node)
+            return ng_gltf_error(l, "scene: node %d is listed twice", node);
+        if (l->parents[node] != NG_GLTF_NO_NODE)
+            return ng_gltf_error(l, "scene: node %d is not a root, it is a child of node %u", node,
+                                 l->parents[node]);
+        l->parents[node] = (uint32_t)node; // marks it as listed
+        l->order[l->order_count++] = (uint32_t)node;
+    }
+    for (uint32_t i = 0; i < l->order_count; i++)
+        l->parents[l->order[i]] = NG_GLTF_NO_NODE;
+    return walk_down(l);
+}
+
+static ng_result copy_numbers(const struct gltf_loader *l, uint32_t node, const char *what,
+                              const struct gltf_numbers *in, uint32_t count, float *out)
+{
+    if (in->count == 0)
+        return NG_OK;
+    if (in->count != count)
+        return ng_gltf_error(l, "node %u: %s has %u numbers, not %u", node, what, in->count, count);
+    for (uint32_t i = 0; i < count; i++)
+        if (!(fabs(in->items[i]) < 1e30))
+            return ng_gltf_error(l, "node %u: %s: %g is too large", node, what, in->items[i]);
+        else
+            out[i] = (float)in->items[i];
+    return NG_OK;
+}
+
+// Translation, rotation and scale of a matrix; a mirroring becomes a negative scale, shear is lost.
+static void decompose(float m[16], struct ng_transform *out)
+{
+    mat3 rotation = GLM_MAT3_IDENTITY_INIT;
+    glm_vec3_copy(m + 12, out->translation);
+    for (int i = 0; i < 3; i++)
+        out->scale[i] = glm_vec3_norm(m + i * 4);
+    vec3 cross;
+    glm_vec3_cross(m, m + 4, cross);
+    if (glm_vec3_dot(cross, m + 8) < 0)
+        out->scale[0] = -out->scale[0];
+    bool flat = false;
+    for (int i = 0; i < 3; i++) {
+        flat = flat || fabsf(out->scale[i]) < 1e-12f;
+        if (!flat)
+            glm_vec3_scale(m + i * 4, 1 / out->scale[i], rotation[i]);
+    }
+    if (flat) // no rotation can be told from a matrix that flattens
+        glm_mat3_identity(rotation);
+    glm_mat3_quat(rotation, out->rotation);
+}
+
+static ng_result read_transform(const struct gltf_loader *l, uint32_t index, struct ng_transform *out)
+{
+    const struct gltf_node *n = &l->doc->nodes[index];
+    memcpy(out, ng_transform_component.defaults, sizeof *out);
+    if (n->matrix.count) {
+        float m[16] = {0};
+        NG_TRY(copy_numbers(l, index, "matrix", &n->matrix, 16, m));
+        decompose(m, out);
+    } else {
+        NG_TRY(copy_numbers(l, index, "translation", &n->translation, 3, out->translation));
+        NG_TRY(copy_numbers(l, index, "rotation", &n->rotation, 4, out->rotation));
+        NG_TRY(copy_numbers(l, index, "scale", &n->scale, 3, out->scale));
+    }
+    float length = glm_vec4_norm(out->rotation);
+    if (!(length > 1e-6f))
+        return ng_gltf_error(l, "node %u: rotation is zero", index);
+    glm_vec4_scale(out->rotation, 1 / length, out->rotation);
+    return NG_OK;
+}
+
+static ng_result make_entity(struct gltf_loader *l, uint32_t index)
+{
+    char where[32];
+    snprintf(where, sizeof where, "node %u", index);
+    struct ng_transform transform;
+    NG_TRY(read_transform(l, index, &transform));
+    // The root stands in as parent, so that a failure finds every entity below it.
+    NG_TRY(ng_gltf_entity(l, l->out.root, l->doc->nodes[index].name, "node", index, &l->nodes[index]));
+    return ng_gltf_add(l, l->nodes[index], where, NG_TRANSFORM, &transform);
+}
+
+ng_result ng_gltf_nodes(struct gltf_loader *l, const struct gltf_scene *scene)
+{
+    NG_TRY(find_order(l, scene));
+    for (uint32_t i = 0; i < l->order_count; i++)
+        NG_TRY(make_entity(l, l->order[i]));
+    for (uint32_t i = l->order_count; i-- > 0;) {
+        const struct gltf_node *n = &l->doc->nodes[l->order[i]];
+        for (uint32_t k = 0; k < n->child_count; k++)
+            NG_TRY(ng_world_set_parent(l->world, l->nodes[n->children[k]], l->nodes[l->order[i]],
+                                       (ng_entity){0}));
+    }
+    return NG_OK;
+}
+
+// ---- attachments
+// -------------------------------------------------------------------------------------------
+
+static ng_result attach_skin(struct gltf_loader *l, const char *where, const struct gltf_node *n,
+                             const struct gltf_shape *shape, ng_entity e)
+{
+    struct ng_skin skin;
+    NG_TRY(ng_gltf_skin(l, n->skin, &skin.skin));
+    if (shape->joint_limit == 0)
+        return ng_gltf_error(l, "%s: has skin %d, but its mesh has no JOINTS_0", where, n->skin);
+    uint32_t joints = l->doc->skins[n->skin].joint_count;
+    if (shape->joint_limit > joints)
+        return ng_gltf_error(l, "%s: JOINTS_0 refers to joint %u of skin %d, which has %u", where,
+                             shape->joint_limit - 1, n->skin, joints);
+    return ng_gltf_add(l, e, where, NG_SKIN, &skin);
+}
+
+static ng_result attach_primitive(struct gltf_loader *l, const char *where, uint32_t node, uint32_t index,
+                                  ng_entity e)
+{
+    const struct gltf_node *n = &l->doc->nodes[node];
+    const struct gltf_primitive *p = &l->doc->meshes[n->mesh].primitives[index];
+    struct gltf_shape shape;
+    NG_TRY(ng_gltf_shape(l, (uint32_t)n->mesh, index, &shape));
+    if (!shape.geometry.id) // points or lines
+        return NG_OK;
+    struct ng_mesh mesh = {.geometry = shape.geometry, .visible = true};
+    if (p->material != -1) {
+        if (p->material < 0 || (uint32_t)p->material >= l->doc->material_count)
+            return ng_gltf_error(l, "mesh %d, primitive %u: material %d is not one of %u", n->mesh, index,
+                                 p->material, l->doc->material_count);
+        mesh.material = l->materials[p->material];
+    }
+    NG_TRY(ng_gltf_add(l, e, where, NG_MESH, &mesh));
+    if (n->skin != -1)
+        NG_TRY(attach_skin(l, where, n, &shape, e));
+    struct gltf_instance instance = {.node = node, .skin = n->skin, .geometry = shape.geometry};
+    if (!ng_array_push(&l->instances, instance))
+        return ng_gltf_out_of_memory(l);
+    l->out.primitive_count++;
+    l->out.triangle_count += ng_assets_geometry(l->assets, shape.geometry)->index_count / 3;
+    return ng_gltf_components(l, e, where, p->extension, "cage");
+}
+
+static ng_result attach_mesh(struct gltf_loader *l, const char *where, uint32_t node)
+{
+    const struct gltf_node *n = &l->doc->nodes[node];
+    if (n->mesh == -1)
+        return NG_OK;
+    if (n->mesh < 0 || (uint32_t)n->mesh >= l->doc->mesh_count)
+        return ng_gltf_error(l, "%s: mesh %d is not one of %u", where, n->mesh, l->doc->mesh_count);
+    const struct gltf_mesh *m = &l->doc->meshes[n->mesh];
+    if (m->primitive_count == 1)
+        return attach_primitive(l, where, node, 0, l->nodes[node]);
+    for (uint32_t i = 0; i < m->primitive_count; i++) {
+        ng_entity child;
+        NG_TRY(ng_gltf_entity(l, l->nodes[node], "", "primitive", i, &child));
+        NG_TRY(ng_gltf_add(l, child, where, NG_TRANSFORM, ng_transform_component.defaults));
+        NG_TRY(attach_primitive(l, where, node, i, child));
+    }
+    return NG_OK;
+}
+
+static ng_result attach_camera(struct gltf_loader *l, const char *where, uint32_t node)
+{
+    int index = l->doc->nodes[node].camera;
+    if (index == -1)
+        return NG_OK;
+    if (index < 0 || (uint32_t)index >= l->doc->camera_count)
+        return ng_gltf_error(l, "%s: camera %d is not one of %u", where, index, l->doc->camera_count);
+    const struct gltf_camera *c = &l->doc->cameras[index];
+    if (!c->perspective) {
+        ng_gltf_warn(l, &l->warned_camera, "%s: orthographic camera %d is skipped", where, index);
+        return NG_OK;
+    }
+    struct ng_camera camera;
+    memcpy(&camera, ng_camera_component.defaults, sizeof camera);
+    camera.fov_y = (float)c->fov_y;
+    camera.near_plane = (float)c->near_plane;
+    return ng_gltf_add(l, l->nodes[node], where, NG_CAMERA, &camera);
+}
+
+static ng_result light_color(const struct gltf_loader *l, const char *where, const struct gltf_light *light,
+                             float out[3])
+{
+    if (light->color.count != 0 && light->color.count != 3)
+        return ng_gltf_error(l, "%s: a light's color has %u numbers, not 3", where, light->color.count);
+    for (uint32_t i = 0; i < light->color.count; i++)
+        out[i] = (float)light->color.items[i];
+    return NG_OK;
+}
+
+static ng_result add_light(struct gltf_loader *l, const char *where, const struct gltf_light *light,
+                           ng_entity e)
+{
+    float c[3] = {1, 1, 1}, strength = (float)light->intensity;
+    NG_TRY(light_color(l, where, light, c));
+    if (strcmp(light->type, "point") == 0) {
+        struct ng_light_point point = {.on = true, .color = {c[0], c[1], c[2]}, .intensity = strength};
+        return ng_gltf_add(l, e, where, NG_LIGHT_POINT, &point);
+    }
+    if (strcmp(light->type, "directional") == 0) {
+        struct ng_light_directional sun = {.on = true, .color = {c[0], c[1], c[2]}, .irradiance = strength};
+        return ng_gltf_add(l, e, where, NG_LIGHT_DIRECTIONAL, &sun);
+    }
+    if (strcmp(light->type, "spot") != 0)
+        return ng_gltf_error(l, "%s: light type \"%.40s\" is not point, spot or directional", where,
+                             light->type);
+    struct ng_light_spot spot = {.on = true,
+                                 .color = {c[0], c[1], c[2]},
+                                 .intensity = strength,
+                                 .inner_angle = (float)light->inner_angle,
+                                 .outer_angle = (float)light->outer_angle};
+    if (!(spot.inner_angle < spot.outer_angle))
+        return ng_gltf_error(l, "%s: a spot light's innerConeAngle %g is not below its outerConeAngle %g",
+                             where, light->inner_angle, light->outer_angle);
+    return ng_gltf_add(l, e, where, NG_LIGHT_SPOT, &spot);
+}
+
+static ng_result attach_light(struct gltf_loader *l, const char *where, uint32_t node)
+{
+    int index = l->doc->nodes[node].light;
+    if (index == -1)
+        return NG_OK;
+    if (index < 0 || (uint32_t)index >= l->doc->light_count)
+        return ng_gltf_error(l, "%s: light %d is not one of %u", where, index, l->doc->light_count);
+    return add_light(l, where, &l->doc->lights[index], l->nodes[node]);
+}
+
+static void count_light(struct gltf_loader *l, ng_entity e)
+{
+    static const ng_component types[] = {NG_LIGHT_POINT,     NG_LIGHT_SPOT,       NG_LIGHT_DIRECTIONAL,
+                                         NG_LIGHT_RECTANGLE, NG_LIGHT_DISK,       NG_LIGHT_SPHERE,
+                                         NG_LIGHT_MESH,      NG_LIGHT_ENVIRONMENT};
+    for (size_t i = 0; i < NG_COUNT(types); i++)
+        l->out.light_count += ng_world_has(l->world, e, types[i]);
+}
+
+static void note_camera(struct gltf_loader *l, ng_entity e)
+{
+    if (ng_entity_is_null(l->out.camera) && ng_world_has(l->world, e, NG_CAMERA))
+        l->out.camera = e;
+}
+
+ng_result ng_gltf_attachments(struct gltf_loader *l)
+{
+    for (uint32_t i = 0; i < l->order_count; i++) {
+        uint32_t node = l->order[i];
+        char where[32];
+        snprintf(where, sizeof where, "node %u", node);
+        NG_TRY(attach_mesh(l, where, node));
+        NG_TRY(attach_camera(l, where, node));
+        NG_TRY(attach_light(l, where, node));
+        NG_TRY(ng_gltf_components(l, l->nodes[node], where, l->doc->nodes[node].extension, NULL));
+    }
+    ng_entity top = l->out.root;
+    for (ng_entity e = top; !ng_entity_is_null(e); e = ng_world_next_below(l->world, top, e)) {
+        count_light(l, e);
+        note_camera(l, e);
+    }
+    return NG_OK;
+}

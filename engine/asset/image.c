@@ -1,0 +1,294 @@
+// Formats are told apart by their first bytes, never by the file's name.
+//
+// A mip level is made from the one above it. Where a side is odd, a texel of the smaller level covers parts
+// of three: the weights of Guthe and Heckbert ("Non-power-of-two mipmapping", 2005) make the filter exact.
+#include "asset/image.h"
+#include "asset/exr.h"
+#include "asset/hdr.h"
+#include "asset/image_internal.h"
+#include "asset/jpeg.h"
+#include "asset/png.h"
+#include "base/file.h"
+#include "base/log.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+uint32_t ng_pixel_size(enum ng_pixel_format format)
+{
+    return format == NG_PIXEL_RGBA32F ? 16 : 4;
+}
+
+void ng_image_finish(struct ng_image *image)
+{
+    free(image->pixels);
+    *image = (struct ng_image){0};
+}
+
+static uint32_t half_of(uint32_t side)
+{
+    return side > 1 ? side / 2 : 1;
+}
+
+void *ng_image_level(const struct ng_image *image, uint32_t level, uint32_t *w, uint32_t *h)
+{
+    uint32_t width = image->width, height = image->height;
+    size_t offset = 0;
+    for (uint32_t i = 0; i < level; i++) {
+        offset += (size_t)width * height * ng_pixel_size(image->format);
+        width = half_of(width);
+        height = half_of(height);
+    }
+    if (w)
+        *w = width;
+    if (h)
+        *h = height;
+    return (char *)image->pixels + offset;
+}
+
+ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height, enum ng_pixel_format format,
+                            const struct ng_image_params *params, struct ng_image *out)
+{
+    uint32_t max_side = params->max_side ? params->max_side : NG_IMAGE_MAX_SIDE;
+    uint64_t max_memory = params->max_memory ? params->max_memory : NG_IMAGE_MAX_MEMORY;
+    *out = (struct ng_image){0};
+    if (width == 0 || height == 0) {
+        ng_log_error("%s: picture of %u x %u pixels", name, width, height);
+        return NG_ERROR_FORMAT;
+    }
+    if (width > max_side || height > max_side) {
+        ng_log_error("%s: %u x %u pixels, more than the limit of %u a side", name, width, height, max_side);
+        return NG_ERROR_MEMORY;
+    }
+    // With its mips an image has at most 4/3 of the pixels, or twice as many if it is one pixel wide.
+    uint64_t size = (uint64_t)width * height * ng_pixel_size(format);
+    if (size * 2 > max_memory && size + size / 3 + 64 > max_memory) {
+        ng_log_error("%s: %u x %u pixels need %llu bytes, more than the limit of %llu", name, width, height,
+                     (unsigned long long)(size + size / 3), (unsigned long long)max_memory);
+        return NG_ERROR_MEMORY;
+    }
+    out->pixels = calloc(1, (size_t)size);
+    if (!out->pixels) {
+        ng_log_error("%s: out of memory for %u x %u pixels", name, width, height);
+        return NG_ERROR_MEMORY;
+    }
+    out->width = width;
+    out->height = height;
+    out->levels = 1;
+    out->format = format;
+    out->repeat_u = params->repeat_u;
+    out->repeat_v = params->repeat_v;
+    out->size = (size_t)size;
+    return NG_OK;
+}
+
+// ---- EXR as an image
+// -------------------------------------------------------------------------------------------
+
+static ng_result exr_decode(const char *name, const void *data, size_t size,
+                            const struct ng_image_params *params, struct ng_image *out)
+{
+    static const char *const names[4] = {"R", "G", "B", "A"};
+    struct ng_exr_limits limits = {params->max_side, params->max_memory};
+    struct ng_exr exr;
+    NG_TRY(ng_exr_decode(name, data, size, &limits, &exr));
+    const struct ng_exr_plane *planes[4];
+    for (int c = 0; c < 4; c++) {
+        planes[c] = ng_exr_plane(&exr, names[c]);
+        if (planes[c] && planes[c]->type == NG_EXR_UINT)
+            planes[c] = NULL;
+    }
+    const struct ng_exr_plane *grey = ng_exr_plane(&exr, "Y");
+    for (int c = 0; c < 3; c++)
+        planes[c] = planes[c] ? planes[c] : grey;
+    ng_result r = NG_ERROR_FORMAT;
+    if (planes[0] && planes[1] && planes[2] && planes[0]->type != NG_EXR_UINT)
+        r = ng_image_allocate(name, exr.width, exr.height, NG_PIXEL_RGBA32F, params, out);
+    else
+        ng_log_error("%s: has no channels R, G, B nor Y", name);
+    for (size_t i = 0; r == NG_OK && i < (size_t)exr.width * exr.height; i++)
+        for (size_t c = 0; c < 4; c++)
+            ((float *)out->pixels)[i * 4 + c] = planes[c] ? ((const float *)planes[c]->pixels)[i] : 1.0f;
+    ng_exr_finish(&exr);
+    return r;
+}
+
+// ---- any format
+// ----------------------------------------------------------------------------------------------
+
+typedef ng_result decode_fn(const char *, const void *, size_t, const struct ng_image_params *,
+                            struct ng_image *);
+
+static const struct format {
+    const char *magic;
+    size_t size;
+    decode_fn *decode;
+} formats[] = {
+    {"\x89PNG", 4, ng_png_decode},
+    {"\xff\xd8\xff", 3, ng_jpeg_decode},
+    {"\x76\x2f\x31\x01", 4, exr_decode},
+    {"#?", 2, ng_hdr_decode},
+};
+
+ng_result ng_image_decode(const char *name, const void *data, size_t size,
+                          const struct ng_image_params *params, struct ng_image *out)
+{
+    *out = (struct ng_image){0};
+    for (size_t i = 0; i < NG_COUNT(formats); i++) {
+        if (size < formats[i].size || memcmp(data, formats[i].magic, formats[i].size) != 0)
+            continue;
+        NG_TRY(formats[i].decode(name, data, size, params, out));
+        if (params->no_mips)
+            return NG_OK;
+        ng_result r = ng_image_make_mips(out);
+        if (r != NG_OK)
+            ng_image_finish(out);
+        return r;
+    }
+    ng_log_error("%s: not a PNG, JPEG, OpenEXR or Radiance HDR picture", name);
+    return NG_ERROR_FORMAT;
+}
+
+ng_result ng_image_load(const char *path, const struct ng_image_params *params, struct ng_image *out)
+{
+    void *data;
+    size_t size;
+    *out = (struct ng_image){0};
+    NG_TRY(ng_file_read(path, params->max_memory ? params->max_memory : NG_IMAGE_MAX_MEMORY, &data, &size));
+    ng_result r = ng_image_decode(path, data, size, params, out);
+    free(data);
+    return r;
+}
+
+// ---- mip maps
+// --------------------------------------------------------------------------------------------------
+
+// The texels of the larger level that texel i of the smaller one covers along one axis.
+struct taps {
+    uint32_t first, count;
+    float weights[3];
+};
+
+static struct taps find_taps(uint32_t larger, uint32_t i)
+{
+    uint32_t smaller = half_of(larger);
+    if (larger == 1)
+        return (struct taps){0, 1, {1}};
+    if (larger % 2 == 0)
+        return (struct taps){i * 2, 2, {0.5f, 0.5f}};
+    float n = (float)larger;
+    return (struct taps){i * 2, 3, {(float)(smaller - i) / n, (float)smaller / n, (float)(i + 1) / n}};
+}
+
+// How 8-bit values map to linear light: value i has linear[i]; it is the nearest code up to edges[i].
+struct codes {
+    float linear[256], edges[256];
+};
+
+static float srgb_to_linear(float s)
+{
+    return s <= 0.04045f ? s / 12.92f : powf((s + 0.055f) / 1.055f, 2.4f);
+}
+
+static void make_codes(bool srgb, struct codes *codes)
+{
+    for (int i = 0; i < 256; i++) {
+        float v = (float)i / 255.0f, edge = ((float)i + 0.5f) / 255.0f;
+        codes->linear[i] = srgb ? srgb_to_linear(v) : v;
+        codes->edges[i] = srgb ? srgb_to_linear(edge) : edge;
+    }
+}
+
+static unsigned char encode(const struct codes *codes, float v)
+{
+    unsigned low = 0, high = 255; // the first code whose edge is not below v
+    while (low < high) {
+        unsigned middle = (low + high) / 2;
+        if (codes->edges[middle] < v)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return (unsigned char)low;
+}
+
+struct reduction {
+    const unsigned char *from;
+    unsigned char *to;
+    uint32_t from_width, from_height;
+    enum ng_pixel_format format;
+    struct codes color, alpha;
+};
+
+static void read_texel(const struct reduction *r, size_t index, float out[4])
+{
+    const unsigned char *p = r->from + index * ng_pixel_size(r->format);
+    if (r->format == NG_PIXEL_RGBA32F) {
+        memcpy(out, p, 16);
+        return;
+    }
+    for (int c = 0; c < 3; c++)
+        out[c] = r->color.linear[p[c]];
+    out[3] = r->alpha.linear[p[3]];
+}
+
+static void write_texel(const struct reduction *r, size_t index, const float in[4])
+{
+    unsigned char *p = r->to + index * ng_pixel_size(r->format);
+    if (r->format == NG_PIXEL_RGBA32F) {
+        memcpy(p, in, 16);
+        return;
+    }
+    for (int c = 0; c < 3; c++)
+        p[c] = encode(&r->color, in[c]);
+    p[3] = encode(&r->alpha, in[3]);
+}
+
+static void reduce(const struct reduction *r)
+{
+    uint32_t width = half_of(r->from_width), height = half_of(r->from_height);
+    for (uint32_t y = 0; y < height; y++) {
+        struct taps v = find_taps(r->from_height, y);
+        for (uint32_t x = 0; x < width; x++) {
+            struct taps u = find_taps(r->from_width, x);
+            float sum[4] = {0}, texel[4];
+            for (uint32_t j = 0; j < v.count; j++)
+                for (uint32_t i = 0; i < u.count; i++) {
+                    read_texel(r, (size_t)(v.first + j) * r->from_width + u.first + i, texel);
+                    for (int c = 0; c < 4; c++)
+                        sum[c] += texel[c] * v.weights[j] * u.weights[i];
+                }
+            write_texel(r, (size_t)y * width + x, sum);
+        }
+    }
+}
+
+ng_result ng_image_make_mips(struct ng_image *image)
+{
+    NG_REQUIRE(image->pixels && image->levels == 1, "the image must have one level");
+    struct ng_image full = *image;
+    full.size = 0;
+    full.levels = 0;
+    for (uint32_t w = image->width, h = image->height;; w = half_of(w), h = half_of(h)) {
+        full.size += (size_t)w * h * ng_pixel_size(image->format);
+        full.levels++;
+        if (w == 1 && h == 1)
+            break;
+    }
+    full.pixels = realloc(image->pixels, full.size);
+    if (!full.pixels) {
+        ng_log_error("out of memory for the mip maps of %u x %u pixels", image->width, image->height);
+        return NG_ERROR_MEMORY;
+    }
+    struct reduction r = {.format = image->format};
+    make_codes(image->format == NG_PIXEL_RGBA8_SRGB, &r.color);
+    make_codes(false, &r.alpha);
+    for (uint32_t level = 1; level < full.levels; level++) {
+        r.from = ng_image_level(&full, level - 1, &r.from_width, &r.from_height);
+        r.to = ng_image_level(&full, level, NULL, NULL);
+        reduce(&r);
+    }
+    *image = full;
+    return NG_OK;
+}
