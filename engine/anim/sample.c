@@ -12,8 +12,8 @@ float ng_clip_time(const struct ng_animation *a, float duration, double time)
     if (!a->loop)
         return (float)fmin(fmax(t, 0.0), length);
     t = fmod(t, length);
-    t = t < 0 ? t + length : t;
-    return t < length ? (float)t : 0; // a tiny negative remainder rounds up to the length
+    float wrapped = (float)(t < 0 ? t + length : t);
+    return wrapped < duration ? wrapped : 0; // just below the length rounds up to it
 }
 
 static float dot(const float *a, const float *b, uint32_t width)

@@ -229,7 +229,7 @@ void ng_light_vpls(const struct ng_light_source *s, uint32_t count, struct ng_li
 void ng_light_irradiance(const struct ng_light_source *s, uint32_t count, const float position[3],
                          const float normal[3], float rgb[3])
 {
-    memset(rgb, 0, 3 * sizeof(float));
+    double sum[3] = {0};
     for (uint32_t i = 0; i < count; i++) {
         float u[2];
         struct ng_light_sample sample;
@@ -237,7 +237,10 @@ void ng_light_irradiance(const struct ng_light_source *s, uint32_t count, const 
         ng_light_vpl_point(i, u);
         ng_light_sample_at(s, u, &sample);
         ng_light_incident_at(s, &sample, position, &incident);
-        float cosine = ng_light_dot(normal, incident.direction);
-        ng_light_mad(rgb, incident.irradiance, (cosine > 0 ? cosine : 0) / (float)count, rgb);
+        float cosine = fmaxf(ng_light_dot(normal, incident.direction), 0);
+        for (int c = 0; c < 3; c++)
+            sum[c] += (double)(incident.irradiance[c] * cosine);
     }
+    for (int c = 0; c < 3; c++)
+        rgb[c] = count ? (float)(sum[c] / count) : 0;
 }

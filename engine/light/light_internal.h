@@ -18,15 +18,15 @@ struct ng_light_grid {
 
 struct ng_light_tables {
     struct ng_light_grid grid;
-    bool dark;         // nothing to sample
-    uint32_t block;    // texels along a grid cell's edge
-    float integral[3]; // the type's measure of its texture: see prepare of each type
-    float center[3];   // importance-weighted mean of position or direction, in the type's own frame
-    float normal[3];   // mesh: mean normal
-    float srgb[256];   // decoded sRGB bytes
-    double area;       // mesh
-    uint32_t *first;   // mesh: [triangle_count + 1] first cell of each triangle
-    float *weights;    // [cells], scratch of prepare
+    bool dark;           // nothing to sample
+    uint32_t block;      // texels along a grid cell's edge
+    float integral[3];   // the type's measure of its texture: see prepare of each type
+    float moments[3][3]; // by channel: the same integral of texture times place (position or direction, in
+                         // the type's own frame)
+    float normal[3]; // mesh: mean normal
+    float srgb[256]; // decoded sRGB bytes
+    uint32_t *first; // mesh: [triangle_count + 1] first cell of each triangle
+    float *weights;  // [cells], scratch of prepare
     size_t first_capacity, weight_capacity;
 };
 
@@ -59,6 +59,8 @@ void ng_light_cell_bounds(const struct ng_light_tables *t, const struct ng_light
 // The cell that holds texture coordinates (clamped to [0, 1]).
 void ng_light_cell_at(const struct ng_light_tables *t, const struct ng_light_image *image, float u, float v,
                       uint32_t cell[2]);
+// The mean place of what is emitted when the texture is tinted.
+void ng_light_center(const struct ng_light_tables *t, const float tint[3], float out[3]);
 // Grow-only scratch of at least `count` items of `size` bytes.
 NG_NODISCARD ng_result ng_light_reserve(void **items, size_t *capacity, size_t count, size_t size);
 

@@ -228,3 +228,13 @@ void ng_light_cell_at(const struct ng_light_tables *t, const struct ng_light_ima
         cell[i] = (at < size[i] ? at : size[i] - 1) / t->block;
     }
 }
+
+void ng_light_center(const struct ng_light_tables *t, const float tint[3], float out[3])
+{
+    float sum[3] = {0}, weight = 0;
+    for (int channel = 0; channel < 3; channel++) {
+        ng_light_mad(sum, t->moments[channel], tint[channel], sum);
+        weight += tint[channel] * t->integral[channel];
+    }
+    ng_light_scaled(sum, weight > 0 ? 1.0f / weight : 0, out);
+}

@@ -2,7 +2,7 @@
 // rotation. Directions are sampled by the map's brightness times solid angle; inside a cell of the map's grid
 // uniformly by solid angle.
 //
-// tables: `integral` is the map integrated over the sphere, `center` its brightness-weighted mean direction,
+// tables: `integral` is the map integrated over the sphere, `moments` the map times direction,
 // both before colour and rotation, so that turning or tinting the light rebuilds nothing.
 #include "components/components.h"
 #include "components/light_environment.h"
@@ -61,7 +61,7 @@ static void place_of(const float local[3], float uv[2])
 
 struct moments {
     const struct ng_light_image *map;
-    double rgb[3], direction[3], weight;
+    double rgb[3], direction[3][3];
 };
 
 static float texel_solid_angle(const struct ng_light_image *map, uint32_t y)
@@ -74,16 +74,14 @@ static float texel_solid_angle(const struct ng_light_image *map, uint32_t y)
 static void add_texel(void *user, uint32_t x, uint32_t y, float solid_angle, const float rgb[3])
 {
     struct moments *m = user;
-    double weight = (double)(ng_light_mean(rgb) * solid_angle);
     for (int i = 0; i < 3; i++)
         m->rgb[i] += (double)(rgb[i] * solid_angle);
-    m->weight += weight;
     if (!m->map->width) // one radiance everywhere: no direction stands out
         return;
     float direction[3], v = ((float)y + 0.5f) / (float)m->map->height;
     direction_at(((float)x + 0.5f) / (float)m->map->width, cosf(NG_PI * v), direction);
-    for (int i = 0; i < 3; i++)
-        m->direction[i] += weight * (double)direction[i];
+    for (int i = 0; i < 9; i++)
+        m->direction[i / 3][i % 3] += (double)(rgb[i / 3] * solid_angle * direction[i % 3]);
 }
 
 static ng_result prepare(struct ng_light_source *s)
@@ -95,7 +93,8 @@ static ng_result prepare(struct ng_light_source *s)
     NG_TRY(ng_light_grid_from_image(t, &map, &walk));
     for (int i = 0; i < 3; i++) {
         t->integral[i] = (float)m.rgb[i];
-        t->center[i] = m.weight > 0 ? (float)(m.direction[i] / m.weight) : 0;
+        for (int k = 0; k < 3; k++)
+            t->moments[i][k] = (float)m.direction[i][k];
     }
     return NG_OK;
 }
@@ -175,11 +174,12 @@ static float profile(const struct ng_light_source *s, const struct ng_light_samp
 
 static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
 {
-    float axes[3][3], from[3] = {0, 1, 0};
-    if (!rotation_of(s, axes))
+    float axes[3][3], rgb[3], mean[3], from[3] = {0, 1, 0};
+    if (!rotation_of(s, axes) || !tint(s, rgb))
         return false;
-    if (ng_light_length(s->tables->center) > 1e-3f) {
-        to_world(axes, s->tables->center, from);
+    ng_light_center(s->tables, rgb, mean);
+    if (ng_light_length(mean) > 1e-3f) {
+        to_world(axes, mean, from);
         ng_light_normalize(from, (const float[3]){0, 1, 0});
     }
     ng_light_scaled(from, -1.0f, out->direction);

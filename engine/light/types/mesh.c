@@ -5,7 +5,7 @@
 // cell k lies in row r = floor(sqrt(k)) from vertex 0; a row holds 2 r + 1 cells, alternately upright and
 // upside down.
 //
-// tables: `integral` is texture times area over the mesh, `center` the mean place and `normal` the mean
+// tables: `integral` is texture times area over the mesh, `moments` the same times place, `normal` the mean
 // normal of the emission.
 #include "components/components.h"
 #include "components/light_mesh.h"
@@ -125,7 +125,7 @@ static ng_result number_cells(struct ng_light_source *s)
 }
 
 struct moments {
-    double rgb[3], place[3], normal[3], weight, area;
+    double rgb[3], place[3][3], normal[3], weight, area;
 };
 
 // Brightness of a cell by four points, and its part in the mesh's means.
@@ -143,7 +143,8 @@ static float weigh_cell(const struct ng_light_source *s, uint32_t triangle, uint
         double part = (double)area / 4, weight = part * (double)ng_light_mean(rgb);
         for (int c = 0; c < 3; c++) {
             m->rgb[c] += part * (double)rgb[c];
-            m->place[c] += weight * (double)position[c];
+            for (int axis = 0; axis < 3; axis++)
+                m->place[c][axis] += part * (double)rgb[c] * (double)position[axis];
             m->normal[c] += weight * (double)normal[c];
         }
         brightness += weight;
@@ -185,7 +186,8 @@ static ng_result prepare(struct ng_light_source *s)
         t->weights[k] = 0;
     for (int i = 0; i < 3; i++) {
         t->integral[i] = (float)m.rgb[i];
-        t->center[i] = (float)(m.place[i] / m.weight);
+        for (int axis = 0; axis < 3; axis++)
+            t->moments[i][axis] = (float)m.place[i][axis];
         t->normal[i] = (float)(m.normal[i] / m.weight);
     }
     return ng_light_grid_build(t, width, height, t->weights);
@@ -265,7 +267,10 @@ static bool at_hit(const struct ng_light_source *s, const struct ng_light_hit *h
 
 static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
 {
-    memcpy(out->position, s->tables->center, sizeof out->position);
+    float rgb[3];
+    if (!tint(s, rgb))
+        return false;
+    ng_light_center(s->tables, rgb, out->position);
     memcpy(out->direction, s->tables->normal, sizeof out->direction);
     // A closed or two-sided emitter shines all ways: nowhere to move to.
     bool faces = ng_light_length(out->direction) > 1e-2f && !s->double_sided;

@@ -2,7 +2,7 @@
 // brightness. Seen from the side it shines on, with +Y up, the texture is upright: u runs along -X, v along
 // -Y.
 //
-// tables: `integral` is the mean of the texture, `center` the mean place of its brightness in (u, v).
+// tables: `integral` is the mean of the texture, `moments` that of the texture times (u, v).
 #include "components/components.h"
 #include "components/light_rectangle.h"
 #include "light/light_internal.h"
@@ -28,7 +28,7 @@ static void place(const struct ng_light_source *s, const struct ng_light_plane *
 
 struct moments {
     const struct ng_light_image *image;
-    double rgb[3], place[2], weight;
+    double rgb[3], place[3][2];
 };
 
 static float texel_share(const struct ng_light_image *image, uint32_t y)
@@ -40,13 +40,14 @@ static float texel_share(const struct ng_light_image *image, uint32_t y)
 static void add_texel(void *user, uint32_t x, uint32_t y, float share, const float rgb[3])
 {
     struct moments *m = user;
-    double weight = (double)(ng_light_mean(rgb) * share);
-    double width = m->image->width ? m->image->width : 1, height = m->image->height ? m->image->height : 1;
-    for (int i = 0; i < 3; i++)
-        m->rgb[i] += (double)(rgb[i] * share);
-    m->place[0] += weight * (x + 0.5) / width;
-    m->place[1] += weight * (y + 0.5) / height;
-    m->weight += weight;
+    double u = (x + 0.5) / (m->image->width ? m->image->width : 1);
+    double v = (y + 0.5) / (m->image->height ? m->image->height : 1);
+    for (int i = 0; i < 3; i++) {
+        double part = (double)(rgb[i] * share);
+        m->rgb[i] += part;
+        m->place[i][0] += part * u;
+        m->place[i][1] += part * v;
+    }
 }
 
 static ng_result prepare(struct ng_light_source *s)
@@ -55,10 +56,11 @@ static ng_result prepare(struct ng_light_source *s)
     struct ng_light_tables *t = s->tables;
     struct ng_light_image_walk walk = {.measure = texel_share, .visit = add_texel, .user = &m};
     NG_TRY(ng_light_grid_from_image(t, &s->image, &walk));
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         t->integral[i] = (float)m.rgb[i];
-    for (int i = 0; i < 2; i++)
-        t->center[i] = m.weight > 0 ? (float)(m.place[i] / m.weight) : 0.5f;
+        t->moments[i][0] = (float)m.place[i][0];
+        t->moments[i][1] = (float)m.place[i][1];
+    }
     return NG_OK;
 }
 
@@ -124,11 +126,13 @@ static bool at_hit(const struct ng_light_source *s, const struct ng_light_hit *h
 static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
 {
     struct ng_light_plane plane;
-    if (!plane_of(s, &plane))
+    float rgb[3], center[3];
+    if (!plane_of(s, &plane) || !radiance(s, rgb))
         return false;
+    ng_light_center(s->tables, rgb, center);
     memcpy(out->direction, plane.normal, sizeof out->direction);
     ng_light_up(s, out->direction, out->up);
-    place(s, &plane, s->tables->center, out->position);
+    place(s, &plane, center, out->position);
     ng_light_mad(out->position, plane.normal, ng_light_offset(s), out->position);
     out->views = NG_VIEWS_CUBE;
     return true;
