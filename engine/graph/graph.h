@@ -229,7 +229,9 @@ const char *ng_graph_error(const struct ng_graph *g);
 // shown.
 NG_NODISCARD ng_result ng_graph_execute(struct ng_graph *g, struct ng_cmd **cmd);
 
-// Asks for the final content of the resource `name` of the next frame to be executed. It is an export.
+// Asks for the content that the resource `name` of this frame has at the end; it may be declared later. Call
+// it between ng_graph_begin and ng_graph_compile. It is an export. Images: mip 0. A name that the frame does
+// not have is found by ng_graph_readback_get.
 void ng_graph_readback(struct ng_graph *g, const char *name);
 // After ng_frame_end: waits for the last frame executed and returns what ng_graph_readback asked for, valid
 // until the next ng_graph_begin. NG_ERROR_NOT_FOUND, logged, if that frame had no such resource or was not

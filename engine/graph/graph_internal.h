@@ -1,0 +1,190 @@
+// What the files of this folder share: the declaration as it is recorded, and the stages of compilation.
+#ifndef NG_GRAPH_GRAPH_INTERNAL_H
+#define NG_GRAPH_GRAPH_INTERNAL_H
+
+#include "base/arena.h"
+#include "base/array.h"
+#include "gpu/memory.h"
+#include "graph/graph.h"
+#include "graph/plan.h"
+
+// ---- Declaration (declare.c) ---------------------------------------------------------------------------
+
+struct decl_resource {
+    const char *name;
+    enum ng_resource_kind kind;
+    bool is_image;
+    bool has_content; // before the frame
+    struct ng_graph_image_params image;
+    struct ng_graph_buffer_params buffer;
+    enum ng_use final;
+    VkImageLayout initial_layout;
+    union {
+        struct ng_gpu_image *image;
+        struct ng_gpu_buffer *buffer;
+    } imported;
+    bool readback; // its final content is to be in host memory
+};
+
+struct decl_use {
+    uint32_t resource, version; // the version given; a write makes version + 1
+    enum ng_use use;
+    bool write;
+    bool known; // the ref was of this frame
+    struct ng_graph_part part;
+};
+
+struct ng_pass {
+    struct ng_graph *graph;
+    const char *name;
+    enum ng_pass_kind kind;
+    ng_pass_fn run;
+    void *data;
+    uint32_t flags, width, height;
+    NG_ARRAY(struct decl_use) uses;
+    NG_ARRAY(const char *) after;
+};
+
+// ---- Objects (objects.c) -------------------------------------------------------------------------------
+
+// What outlives frames under a name: one object, or with history two that take turns.
+struct kept {
+    char *name;
+    bool is_image, history;
+    struct ng_graph_image_params image;
+    struct ng_graph_buffer_params buffer;
+    bool valid;      // object[newest] has content
+    uint32_t newest; // persistent: always 0
+    struct ng_gpu_image *images[2];
+    struct ng_gpu_buffer *buffers[2];
+    VkImageLayout layouts[2];
+    bool declared; // in this frame
+    bool swap;     // at the end of this frame: what it wrote is the newest
+};
+
+// What a plan's resource is made of on the device.
+struct physical {
+    struct ng_gpu_image *image;
+    struct ng_gpu_buffer *buffer;
+    uint32_t turn; // kept: which of the two objects
+};
+
+struct cached_object {
+    uint64_t key;
+    size_t block; // of ng_graph.blocks
+    struct physical object;
+    uint64_t last_frame;
+};
+
+// Memory of a plan's block: grown when a plan needs more, kept while the graph lives.
+struct memory_block {
+    bool host, images;
+    uint32_t slot; // host memory: which frame in flight it belongs to
+    uint32_t memory_types;
+    uint64_t alignment;
+    struct ng_gpu_memory memory;
+};
+
+struct pass_stat {
+    struct ng_pass_stats stats;
+    char *name;
+};
+
+struct ng_graph {
+    struct ng_graph_params params;
+    bool unified; // buffers in host memory are as good as any for the GPU
+    struct ng_arena arena;
+    uint32_t serial; // of the frame, in refs
+    bool broken, compiled;
+    char error[256], logged[256];
+
+    NG_ARRAY(struct decl_resource) resources;
+    NG_ARRAY(struct ng_pass *) passes; // a pool: those from pass_count on wait for later frames
+    uint32_t pass_count;
+    struct ng_pass lost_pass; // what a caller gets when there is no memory for a pass
+    NG_ARRAY(struct ng_graph_ref) exports;
+    NG_ARRAY(const char *) readbacks; // asked for before this frame is compiled
+    struct ng_plan plan;              // its arrays are the following
+    NG_ARRAY(struct ng_plan_resource) plan_resources;
+    NG_ARRAY(struct ng_plan_step) plan_steps;
+    NG_ARRAY(struct ng_plan_use) plan_uses;
+    NG_ARRAY(struct ng_plan_barrier) plan_barriers;
+    NG_ARRAY(struct ng_plan_block) plan_blocks;
+
+    NG_ARRAY(struct kept) kept;
+    NG_ARRAY(struct cached_object) cache;
+    NG_ARRAY(struct memory_block) blocks;
+    struct physical *physical; // by plan resource; in the arena
+    uint64_t executed;         // frames
+    uint64_t objects_created;
+    uint64_t last_serial; // of the device, after which the last executed frame is done
+    bool has_run;         // this frame was executed
+    NG_ARRAY(struct pass_stat) stats;
+    NG_ARRAY(struct ng_pass_stats) stats_view;
+};
+
+#define REF_RESOURCE(ref) ((uint32_t)((ref).id & 0xffffu) - 1u)
+#define REF_VERSION(ref)  ((uint32_t)((ref).id >> 16) & 0xffffu)
+#define REF_SERIAL(ref)   ((uint32_t)((ref).id >> 32))
+#define MAX_RESOURCES     0xffffu
+#define MAX_VERSION       0xffffu
+
+// True if the ref names a resource of this frame.
+bool graph_knows(const struct ng_graph *g, struct ng_graph_ref ref);
+// Marks the frame as broken. The first message of a frame is kept, and logged unless the last broken frame
+// said the same: a mistake that is made each frame is told once.
+ng_result graph_fail(struct ng_graph *g, const char *fmt, ...) NG_PRINTF(2, 3);
+ng_result graph_no_memory(struct ng_graph *g);
+
+// ---- Compilation ---------------------------------------------------------------------------------------
+
+// What the stages hand on. Arrays are in the frame's arena.
+struct compile {
+    struct ng_graph *g;
+    uint32_t *first_version; // by resource: where its versions begin in `writer`
+    uint32_t *writer;        // by version: the pass that makes it, or NONE
+    uint32_t *order;         // passes as they run; all of them
+    uint32_t order_count;
+    bool *live;                      // by pass: not culled
+    uint64_t *stages, *write_access; // by plan resource: everything that touches it (sync.c)
+};
+
+// validate.c: finds every mistake that can be seen in order of declaration; makes first_version and writer.
+ng_result graph_validate(struct compile *c);
+// order.c: passes in an order that respects what they need; which of them something needs.
+ng_result graph_order(struct compile *c);
+ng_result graph_cull(struct compile *c);
+// expand.c: steps and their uses: passes that run, clears, copies between GPU and host.
+ng_result graph_expand(struct compile *c);
+// alias.c: memory for transient resources.
+ng_result graph_place(struct compile *c);
+// sync.c: barriers, batches, waits.
+ng_result graph_synchronise(struct compile *c);
+
+// The bytes of an image's linear copy: all layers of mip 0. 0: the format cannot be copied, or overflow.
+uint64_t graph_linear_size(const struct ng_graph_image_params *image);
+
+// ---- Execution -----------------------------------------------------------------------------------------
+
+// What passes did to a declared resource.
+struct written {
+    bool written, failed;
+};
+
+// objects.c
+struct kept *graph_kept_find(struct ng_graph *g, const char *name);
+// Whether what is kept answers to this description.
+bool graph_kept_fits(const struct kept *kept, const struct decl_resource *r);
+bool graph_same_params(const struct decl_resource *a, const struct decl_resource *b);
+// The size, alignment and memory types of a transient resource; without a device a plausible guess.
+ng_result graph_measure(struct ng_graph *g, struct ng_plan_resource *r);
+// Objects for all resources of the plan, from the cache where possible.
+ng_result graph_realise(struct ng_graph *g);
+// After the frame: layouts and validity of what is kept; releases what was not declared.
+void graph_retire(struct ng_graph *g, const struct written *written);
+void graph_release_objects(struct ng_graph *g);
+
+// stats.c
+struct ng_pass_stats *graph_stat(struct ng_graph *g, const char *name);
+
+#endif
