@@ -7,6 +7,7 @@
 #include "gpu/device.h"
 #include "gpu/image.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,6 +50,7 @@ void ng_graph_destroy(struct ng_graph **graph)
     for (size_t i = 0; i < g->stats.count; i++)
         free(g->stats.items[i].name);
     ng_array_finish(&g->stats);
+    ng_array_finish(&g->stat_slots);
     ng_array_finish(&g->stats_view);
     ng_array_finish(&g->resources);
     ng_array_finish(&g->exports);

@@ -248,13 +248,14 @@ struct ng_pass_stats {
     uint64_t runs;
     uint64_t skipped; // declared, but culled
 };
-// One entry per name ever declared, in order of first declaration; borrowed until the next ng_graph_begin.
-const struct ng_pass_stats *ng_graph_stats(const struct ng_graph *g, size_t *count);
+// One entry per name that ever ran or was culled (of its first 63 characters), in order of first appearance;
+// borrowed until the next call.
+const struct ng_pass_stats *ng_graph_stats(struct ng_graph *g, size_t *count);
 
 struct ng_graph_counters {
     uint64_t frames;
     uint64_t objects_created; // images, buffers and memory ranges made so far: constant in the steady state
-    uint64_t memory_bytes;    // device memory held now
+    uint64_t transient_bytes; // device memory held for transient resources
 };
 struct ng_graph_counters ng_graph_counters(const struct ng_graph *g);
 

@@ -88,6 +88,7 @@ struct memory_block {
 struct pass_stat {
     struct ng_pass_stats stats;
     char *name;
+    uint64_t hash;
 };
 
 struct ng_graph {
@@ -120,6 +121,7 @@ struct ng_graph {
     uint64_t last_serial; // of the device, after which the last executed frame is done
     bool has_run;         // this frame was executed
     NG_ARRAY(struct pass_stat) stats;
+    NG_ARRAY(uint32_t) stat_slots;
     NG_ARRAY(struct ng_pass_stats) stats_view;
 };
 
@@ -185,6 +187,9 @@ void graph_retire(struct ng_graph *g, const struct written *written);
 void graph_release_objects(struct ng_graph *g);
 
 // stats.c
+// Null when out of memory: the pass is then not counted.
 struct ng_pass_stats *graph_stat(struct ng_graph *g, const char *name);
+void graph_read_timers(struct ng_graph *g);
+void graph_count_skipped(struct ng_graph *g);
 
 #endif
