@@ -1,6 +1,6 @@
 // One spelling of struct members for C and GLSL (scalar block layout: members are packed as in C).
 //
-// The same header is the C struct and the shader's block: tests/gpu/test_layout.c compares the offsets that the
+// The same header is the C struct and the shader's block: tests/unit/test_layout.c compares the offsets that the
 // compiler put into the SPIR-V with offsetof.
 #ifndef NG_SHARED_TYPES_H
 #define NG_SHARED_TYPES_H
