@@ -1,0 +1,211 @@
+#include "test.h"
+
+#include "asset/exr.h"
+#include "asset/image.h"
+#include "asset/png.h"
+#include "base/file.h"
+
+#include <math.h>
+
+enum { WIDTH = 37, HEIGHT = 41 }; // odd sizes: the last chunk is partial
+
+// Five channels over one interleaved and two planar arrays.
+static void write_picture(const char *path)
+{
+    static float rgb[WIDTH * HEIGHT * 3], depth[WIDTH * HEIGHT];
+    static uint32_t id[WIDTH * HEIGHT];
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        rgb[i * 3] = (float)i * 0.25f;
+        rgb[i * 3 + 1] = 1e6f; // over the largest half
+        rgb[i * 3 + 2] = -0.5f;
+        depth[i] = 1.0f / (float)(i + 3);
+        id[i] = 4000000000u - (uint32_t)i;
+    }
+    const struct ng_exr_channel channels[] = {
+        {"R", NG_EXR_HALF, rgb, 3},        {"G", NG_EXR_HALF, rgb + 1, 3},
+        {"B", NG_EXR_FLOAT, rgb + 2, 3},   {"depth.Z", NG_EXR_FLOAT, depth, 0},
+        {"entity.id", NG_EXR_UINT, id, 0},
+    };
+    const struct ng_exr_text texts[] = {{"command", "render chess"}, {"scene", "0123"}};
+    const struct ng_exr_params params = {WIDTH, HEIGHT, channels, NG_COUNT(channels), texts, NG_COUNT(texts)};
+    assert_int_equal(ng_exr_write(path, &params), NG_OK);
+}
+
+static void test_round_trip(void **state)
+{
+    NG_UNUSED(state);
+    char path[512];
+    test_path(path, sizeof path, "layers.exr");
+    write_picture(path);
+    struct ng_exr exr;
+    assert_int_equal(ng_exr_read(path, NULL, &exr), NG_OK);
+    assert_int_equal(exr.width, WIDTH);
+    assert_int_equal(exr.height, HEIGHT);
+    assert_int_equal(exr.plane_count, 5);
+    const float *r = ng_exr_plane(&exr, "R")->pixels, *g = ng_exr_plane(&exr, "G")->pixels;
+    const float *z = ng_exr_plane(&exr, "depth.Z")->pixels;
+    const uint32_t *id = ng_exr_plane(&exr, "entity.id")->pixels;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        assert_float_equal(r[i], (float)i * 0.25f, (float)i * 0.25f / 1024);
+        assert_true(g[i] == 65504.0f);
+        assert_true(z[i] == 1.0f / (float)(i + 3));
+        assert_true(id[i] == 4000000000u - (uint32_t)i);
+    }
+    assert_string_equal(ng_exr_text(&exr, "command"), "render chess");
+    assert_null(ng_exr_text(&exr, "date"));
+    assert_null(ng_exr_plane(&exr, "A"));
+    ng_exr_finish(&exr);
+}
+
+static void test_same_bytes(void **state)
+{
+    NG_UNUSED(state);
+    char a[512], b[512];
+    void *x, *y;
+    size_t n, m;
+    test_path(a, sizeof a, "a.exr");
+    test_path(b, sizeof b, "b.exr");
+    write_picture(a);
+    write_picture(b);
+    assert_int_equal(ng_file_read(a, 0, &x, &n), NG_OK);
+    assert_int_equal(ng_file_read(b, 0, &y, &m), NG_OK);
+    assert_int_equal(n, m);
+    assert_memory_equal(x, y, n);
+    free(x);
+    free(y);
+}
+
+static void test_full_disk(void **state)
+{
+    NG_UNUSED(state);
+    struct test_log log;
+    float pixel = 1;
+    const struct ng_exr_channel channel = {"Y", NG_EXR_FLOAT, &pixel, 0};
+    const struct ng_exr_params params = {.width = 1, .height = 1, .channels = &channel, .channel_count = 1};
+    test_log_begin(&log);
+    assert_int_not_equal(ng_exr_write("/proc/no/such/place.exr", &params), NG_OK);
+    test_log_end(&log);
+    assert_int_equal(log.errors, 1);
+    assert_non_null(strstr(log.text, "/proc/no/such/place.exr"));
+}
+
+static void put(unsigned char **at, const void *data, size_t size)
+{
+    memcpy(*at, data, size);
+    *at += size;
+}
+
+static void put_attribute(unsigned char **at, const char *name, const char *type, const void *data,
+                          int32_t size)
+{
+    put(at, name, strlen(name) + 1);
+    put(at, type, strlen(type) + 1);
+    put(at, &size, 4);
+    put(at, data, (size_t)size);
+}
+
+// A header by hand, so that compressions and sizes can be had that the writer does not make.
+static size_t make_header(unsigned char *out, unsigned char compression, int32_t width, int32_t height)
+{
+    unsigned char *at = out;
+    const unsigned char channel[] = {'Y', 0, 2, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0};
+    const int32_t window[4] = {0, 0, width - 1, height - 1};
+    const float one = 1, zero[2] = {0, 0};
+    const unsigned char order = 0, end = 0;
+    put(&at, "\x76\x2f\x31\x01\x02\0\0\0", 8);
+    put_attribute(&at, "channels", "chlist", channel, sizeof channel);
+    put_attribute(&at, "compression", "compression", &compression, 1);
+    put_attribute(&at, "dataWindow", "box2i", window, 16);
+    put_attribute(&at, "displayWindow", "box2i", window, 16);
+    put_attribute(&at, "lineOrder", "lineOrder", &order, 1);
+    put_attribute(&at, "pixelAspectRatio", "float", &one, 4);
+    put_attribute(&at, "screenWindowCenter", "v2f", zero, 8);
+    put_attribute(&at, "screenWindowWidth", "float", &one, 4);
+    put(&at, &end, 1);
+    return (size_t)(at - out);
+}
+
+static void expect_refused(const void *data, size_t size, const char *message)
+{
+    struct test_log log;
+    struct ng_exr exr;
+    test_log_begin(&log);
+    ng_result r = ng_exr_decode("bad.exr", data, size, NULL, &exr);
+    test_log_end(&log);
+    assert_int_not_equal(r, NG_OK);
+    assert_int_equal(log.errors, 1);
+    if (!strstr(log.text, message))
+        fail_msg("\"%s\" is not in \"%s\"", message, log.text);
+    assert_null(exr.planes);
+}
+
+static void test_refused(void **state)
+{
+    NG_UNUSED(state);
+    unsigned char data[8192] = {0};
+    size_t header = make_header(data, 8, 4, 4);
+    expect_refused(data, header + 1024, "DWAA");
+    make_header(data, 9, 4, 4);
+    expect_refused(data, header + 1024, "DWAB");
+    make_header(data, 3, 100000, 10000);
+    expect_refused(data, sizeof data, "100000 x 10000 pixels");
+    make_header(data, 0, 4, 4); // the table of chunks points nowhere
+    expect_refused(data, header + 4 * 8, "OpenEXR");
+    expect_refused(data, header / 2, "OpenEXR");
+    expect_refused("\x76\x2f\x31\x01", 4, "OpenEXR");
+}
+
+// Every truncation, and many flips, of a good file: an error or a picture, never more.
+static void test_damage(void **state)
+{
+    NG_UNUSED(state);
+    char path[512];
+    void *data;
+    size_t size;
+    struct test_log log;
+    struct ng_exr exr;
+    test_path(path, sizeof path, "damage.exr");
+    write_picture(path);
+    assert_int_equal(ng_file_read(path, 0, &data, &size), NG_OK);
+    test_log_begin(&log);
+    for (size_t n = 0; n < size; n += 13)
+        assert_int_not_equal(ng_exr_decode("cut", data, n, NULL, &exr), NG_OK);
+    unsigned char *bytes = data;
+    for (uint32_t i = 0; i < 3000; i++) {
+        size_t at = i < 1000 ? i % size : (i * 2654435761u) % size;
+        unsigned char old = bytes[at];
+        bytes[at] = (unsigned char)(old ^ (1u << (i % 8)));
+        if (ng_exr_decode("flipped", data, size, &(struct ng_exr_limits){4096, 1 << 24}, &exr) == NG_OK)
+            ng_exr_finish(&exr);
+        bytes[at] = old;
+    }
+    test_log_end(&log);
+    free(data);
+}
+
+static void test_as_image(void **state)
+{
+    NG_UNUSED(state);
+    char path[512];
+    test_path(path, sizeof path, "image.exr");
+    write_picture(path);
+    struct ng_image image;
+    assert_int_equal(ng_image_load(path, &(struct ng_image_params){.repeat_u = true}, &image), NG_OK);
+    assert_int_equal(image.format, NG_PIXEL_RGBA32F);
+    assert_int_equal(image.levels, 6);
+    const float *p = image.pixels;
+    assert_float_equal(p[4], 0.25, 1e-6);
+    assert_float_equal(p[6], -0.5, 1e-6);
+    assert_float_equal(p[7], 1, 0);
+    ng_image_finish(&image);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_round_trip), cmocka_unit_test(test_same_bytes),
+        cmocka_unit_test(test_full_disk),  cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_damage),     cmocka_unit_test(test_as_image),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
