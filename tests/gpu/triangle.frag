@@ -1,0 +1,10 @@
+#version 460
+layout(set = 0, binding = 0) uniform Frame { vec4 tint; };
+layout(set = 1, binding = 0) uniform sampler2D picture;
+layout(location = 0) in vec2 uv;
+layout(location = 0) out vec4 color;
+
+void main()
+{
+    color = texture(picture, uv) * tint;
+}
