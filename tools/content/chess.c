@@ -1,7 +1,7 @@
 // The chess scene: a closed room after the Cornell box, two area lights, a board turned towards the camera so
 // that both armies show their profiles, and the dance of choreography.h. Metres.
 //
-//   room    0.92 wide, 0.64 high, from z = -0.44 to 1.3; the camera stands inside, so no picture sees an edge
+//   room    0.86 wide, 0.47 high, from z = -0.41 to 1.3; the camera stands inside, so no picture sees an edge
 //   board   0.54 square, 24 mm high, squares of 60 mm
 #include "choreography.h"
 #include "content.h"
@@ -15,9 +15,9 @@
 #define SQUARE     0.06
 #define BOARD_TOP  0.026
 #define BOARD_TURN (-0.36) // radians about Y: files run from left to right, light pieces on the left
-#define ROOM_X     0.46
-#define ROOM_Y     0.64
-#define ROOM_BACK  (-0.44)
+#define ROOM_X     0.43
+#define ROOM_Y     0.47
+#define ROOM_BACK  (-0.41)
 #define ROOM_FRONT 1.3
 
 struct chess {
@@ -293,20 +293,20 @@ static void add_lights(struct chess *s, int animation)
     const double half = 0.70710678118654752;
     add_light(s, animation, "light-ceiling", (const double[4]){-half, 0, 0, half},
               vec3_make(0, ROOM_Y - 0.004, 0.02), vec3_make(-0.10, 0, 0), vec3_make(0, 0, 0.10),
-              (const double[2]){0.34, 0.26}, (const double[3]){1.0, 0.93, 0.82}, 6.5);
+              (const double[2]){0.32, 0.22}, (const double[3]){1.0, 0.97, 0.93}, 8.5);
     add_light(s, animation, "light-back", (const double[4]){0, 1, 0, 0},
-              vec3_make(0, 0.37, ROOM_BACK + 0.004), vec3_make(0.16, 0, 0), vec3_make(0, 0.05, 0),
-              (const double[2]){0.26, 0.17}, (const double[3]){0.80, 0.90, 1.0}, 3.2);
+              vec3_make(0.02, 0.27, ROOM_BACK + 0.004), vec3_make(0.17, 0, 0), vec3_make(0, 0.04, 0),
+              (const double[2]){0.24, 0.14}, (const double[3]){1.0, 0.70, 0.36}, 2.8);
 }
 
 static void add_view(struct glb *g)
 {
-    // 20 degrees down from the middle of the room's front.
-    const double tilt = -0.315;
+    // 14 degrees down from the middle of the room's front.
+    const double tilt = -0.25;
     glb_add_node(g, &(struct glb_node){.name = "camera",
-                                       .translation = {0.0, 0.50, 1.10},
+                                       .translation = {0.0, 0.385, 0.95},
                                        .rotation = {sin(0.5 * tilt), 0, 0, cos(0.5 * tilt)},
-                                       .camera = glb_add_camera(g, 0.72, 0.01) + 1});
+                                       .camera = glb_add_camera(g, 0.77, 0.01) + 1});
     cJSON *scale = glb_component(g, "scenes", 0, "scene_scale");
     const double center[3] = {0.0, 0.5 * ROOM_Y, 0.5 * (ROOM_BACK + ROOM_FRONT)};
     double half[3] = {ROOM_X, 0.5 * ROOM_Y, 0.5 * (ROOM_FRONT - ROOM_BACK)};

@@ -17,13 +17,14 @@ struct section {
 
 static const struct section sections[] = {
     {10.6, 16.2, -10.6, 16.2, 10.6, 0.0}, // on the foot
-    {12.8, 22.0, -12.4, 22.0, 11.0, 0.0}, // chest
-    {12.8, 29.0, -14.4, 30.0, 10.4, 0.1}, {9.0, 35.5, -15.6, 40.0, 9.2, 0.2},
-    {4.6, 39.4, -15.6, 51.0, 8.2, 0.25},                                       // throat
-    {5.0, 41.0, -12.4, 61.5, 8.0, -0.1},  {8.4, 40.6, -6.0, 68.5, 8.4, -0.35}, // cheek, poll
-    {12.4, 39.8, 2.0, 69.0, 8.0, -0.35},                                       // forehead
-    {16.0, 39.6, 9.0, 62.5, 6.6, -0.1},   {19.4, 38.6, 15.4, 55.0, 5.6, 0.0},
-    {22.6, 37.4, 21.0, 49.4, 5.2, -0.2},  {25.0, 39.0, 24.6, 47.6, 4.6, -0.2}, // lips
+    {13.2, 22.0, -12.4, 22.0, 11.2, 0.0}, // chest
+    {13.6, 29.0, -14.6, 30.0, 10.6, 0.1}, {10.2, 36.0, -16.4, 40.0, 9.4, 0.2},
+    {5.2, 42.0, -16.6, 50.5, 8.4, 0.25},  {2.6, 46.0, -14.2, 60.5, 7.8, 0.2}, // throat
+    {4.6, 46.6, -9.6, 67.8, 8.0, -0.2},   {9.6, 43.4, -3.2, 71.6, 9.2, -0.5}, // cheek, poll
+    {13.4, 41.6, 4.2, 70.0, 8.2, -0.4},                                       // forehead
+    {16.4, 41.2, 10.8, 62.6, 6.4, -0.1},  {19.2, 38.8, 16.6, 55.0, 5.4, 0.0},
+    {22.0, 35.6, 22.4, 49.6, 5.6, 0.0}, // chin, nostrils
+    {25.4, 36.2, 26.6, 45.6, 5.0, 0.0}, // lips
 };
 
 // Point k of a ring: 0 is the front, HALF the back, the rest in between on +X, then on -X.
@@ -46,7 +47,7 @@ static void add_body(struct cage *c, uint32_t below)
         below = ring;
     }
     cage_crease_ring(c, KNIGHT_SIDES, below, 1.0);
-    cage_cap(c, KNIGHT_SIDES, below, vec3_make(0.0, 43.2, 25.6), true);
+    cage_cap(c, KNIGHT_SIDES, below, vec3_make(0.0, 40.6, 27.2), true);
 }
 
 // A box bent to eight given corners: bottom four counter-clockwise from above, then the top four.
@@ -71,40 +72,43 @@ static void add_block(struct cage *c, const struct vec3 p[8], double mirror, dou
 static void add_ears(struct cage *c)
 {
     static const struct vec3 ear[8] = {
-        {1.2, 66.0, 0.5},  {6.0, 64.0, 0.5},  {6.0, 65.0, -5.5}, {1.2, 67.0, -5.5},
-        {3.0, 77.5, -0.2}, {4.4, 77.5, -0.2}, {4.4, 77.5, -2.0}, {3.0, 77.5, -2.0},
+        {0.8, 67.0, 2.0}, {7.0, 65.0, 2.0}, {7.0, 66.0, -6.5}, {0.8, 68.0, -6.5},
+        {3.6, 81.5, 0.4}, {5.2, 81.5, 0.4}, {5.2, 81.5, -1.6}, {3.6, 81.5, -1.6},
     };
     add_block(c, ear, 1.0, 1.0);
     add_block(c, ear, -1.0, 1.0);
 }
 
-static void add_eyes(struct cage *c)
+// Eyes and nostrils: ellipsoids, half sunk.
+static void add_face(struct cage *c)
 {
-    for (int side = -1; side <= 1; side += 2) {
-        struct vec3 at = vec3_make(5.4 * side, 61.5, 6.6);
-        cage_box(c, vec3_make(at.x - 2.2, at.y - 1.9, at.z - 2.6),
-                 vec3_make(at.x + 2.2, at.y + 1.9, at.z + 2.6), 0.0);
-    }
+    static const struct vec3 at[2] = {{6.0, 63.0, 6.8}, {4.5, 44.6, 22.8}};
+    static const struct vec3 half[2] = {{2.6, 2.2, 3.2}, {1.8, 1.6, 2.4}};
+    for (int i = 0; i < 2; i++)
+        for (int side = -1; side <= 1; side += 2) {
+            struct vec3 center = vec3_make(at[i].x * side, at[i].y, at[i].z);
+            cage_box(c, vec3_sub(center, half[i]), vec3_add(center, half[i]), 0.0);
+        }
 }
 
 // Locks along the back of the neck: the middle of each lies on the back line of the sections.
 static void add_mane(struct cage *c)
 {
-    static const double locks[6][3] = {
+    enum { LOCKS = 7 };
+    static const double locks[LOCKS][3] = {
         // z, y, tilt (radians, 0: pointing back)
-        {-14.4, 31.0, -0.35}, {-16.0, 39.0, -0.2}, {-16.2, 47.0, 0.05},
-        {-14.6, 55.0, 0.35},  {-11.0, 62.5, 0.75}, {-5.6, 68.2, 1.2},
+        {-14.8, 31.0, -0.40}, {-16.4, 38.5, -0.30}, {-17.0, 46.0, -0.15}, {-16.0, 53.5, 0.10},
+        {-13.4, 60.8, 0.40},  {-9.4, 67.0, 0.75},   {-4.0, 71.4, 1.15},
     };
-    for (int i = 0; i < 6; i++) {
+    static const double square[4][2] = {{-1, 1}, {1, 1}, {1, -1}, {-1, -1}}; // across, along the neck
+    for (int i = 0; i < LOCKS; i++) {
         double cs = cos(locks[i][2]), sn = sin(locks[i][2]);
         struct vec3 p[8];
         for (int k = 0; k < 8; k++) {
-            static const double square[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}; // across, along the neck
-            int tip = k / 4;
-            double x = square[k % 4][0] * (tip ? 1.6 : 3.4),
-                   along = -square[k % 4][1] * (tip ? 2.4 : 5.0) - (tip ? 2.0 : 0.0);
-            double out = tip ? 4.4 : -4.0;
-            p[k] = vec3_make(x, locks[i][1] + out * sn + along * cs, locks[i][0] - out * cs + along * sn);
+            bool tip = k >= 4;
+            double along = square[k % 4][1] * (tip ? 2.6 : 5.6) - (tip ? 3.0 : 0.0), out = tip ? 4.2 : -4.0;
+            p[k] = vec3_make(square[k % 4][0] * (tip ? 1.8 : 3.8), locks[i][1] + out * sn + along * cs,
+                             locks[i][0] - out * cs + along * sn);
         }
         add_block(c, p, 1.0, 1.0);
     }
@@ -114,6 +118,6 @@ void knight_body(struct cage *c, uint32_t foot)
 {
     add_body(c, foot);
     add_ears(c);
-    add_eyes(c);
+    add_face(c);
     add_mane(c);
 }

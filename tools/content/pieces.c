@@ -1,10 +1,12 @@
-// Turned pieces: a foot that all six share, a stem, a head. Drawn in millimetres for squares of 60. What a
-// lathe cannot make (merlons, mitre cut, coronet, cross) is built on the last ring.
+// Turned pieces: a foot that all six share, a stem, a head. Drawn in millimetres and scaled
+// by DRAWN. What a lathe cannot make (merlons, mitre cut, coronet, cross) is built on the last ring.
 #include "pieces.h"
 
 #include "base/result.h"
 
 enum { SIDES = 12 };
+
+#define DRAWN 1.08e-3 // metres a drawing's unit: the pieces fill squares of 60 mm well
 
 static const struct {
     const char *name;
@@ -21,12 +23,12 @@ const char *piece_name(enum piece kind)
 
 double piece_radius(enum piece kind)
 {
-    return sizes[kind].radius * 1e-3;
+    return sizes[kind].radius * DRAWN;
 }
 
 double piece_height(enum piece kind)
 {
-    return sizes[kind].height * 1e-3;
+    return sizes[kind].height * DRAWN;
 }
 
 // Everything below the stem. `radius` is the piece's; heights grow a little with it.
@@ -50,9 +52,9 @@ static void build_pawn(struct cage *c)
 {
     uint32_t ring = turn_foot(c, SIDES, 15.0);
     const struct cage_profile p[] = {
-        {7.4, 14.6, 0},   {6.0, 19.0, 0}, {5.0, 24.0, 0},   {5.0, 29.0, 0}, {5.8, 31.2, 1.5},
-        {9.2, 32.2, 2.0}, {9.2, 34.0, 2}, {5.8, 35.0, 2.5}, {7.6, 37.2, 0}, {9.3, 41.0, 0},
-        {9.3, 45.0, 0},   {6.6, 49.0, 0}, {2.6, 51.0, 0},
+        {8.4, 14.6, 0},   {7.2, 19.0, 0}, {6.1, 24.0, 0},   {5.8, 29.0, 0}, {6.4, 31.2, 1.5},
+        {9.9, 32.2, 2.0}, {9.9, 34.0, 2}, {5.8, 35.0, 2.5}, {7.6, 37.2, 0}, {9.8, 41.0, 0},
+        {9.8, 45.0, 0},   {6.6, 49.0, 0}, {2.6, 51.0, 0},
     };
     close_ball(c, SIDES, cage_turn(c, SIDES, ring, p, NG_COUNT(p)), 51.3);
 }
@@ -132,7 +134,7 @@ static void build_bishop(struct cage *c)
 {
     uint32_t ring = turn_foot(c, SIDES, 17.5);
     const struct cage_profile p[] = {
-        {8.4, 15.0, 0},  {6.8, 20.0, 0},  {5.6, 28.0, 0},  {5.2, 38.0, 0}, {5.8, 43.0, 1.5},
+        {9.6, 15.0, 0},  {8.0, 20.0, 0},  {6.6, 28.0, 0},  {6.0, 38.0, 0}, {6.4, 43.0, 1.5},
         {10.2, 44.4, 2}, {10.2, 46.2, 2}, {6.4, 47.6, 2},  {8.0, 48.6, 2}, {8.0, 50.0, 2},
         {6.0, 51.2, 2},  {8.6, 54.0, 0},  {10.0, 59.0, 0},
     };
@@ -160,7 +162,7 @@ static void build_queen(struct cage *c)
     enum { N = 16 };
     uint32_t ring = turn_foot(c, N, 19.5);
     const struct cage_profile p[] = {
-        {10.0, 17.0, 0}, {8.0, 23.0, 0},  {6.4, 33.0, 0}, {5.8, 46.0, 0},  {6.6, 55.0, 1.5},
+        {11.2, 17.0, 0}, {9.4, 23.0, 0},  {7.6, 33.0, 0}, {6.8, 46.0, 0},  {7.4, 55.0, 1.5},
         {11.6, 56.6, 2}, {11.6, 58.6, 2}, {7.2, 60.0, 2}, {9.2, 61.0, 2},  {9.2, 62.8, 2},
         {6.6, 64.2, 2},  {7.6, 70.0, 0},  {9.6, 78.0, 0}, {12.2, 84.6, 0},
     };
@@ -214,7 +216,7 @@ static void build_king(struct cage *c)
 {
     uint32_t ring = turn_foot(c, SIDES, 20.5);
     const struct cage_profile p[] = {
-        {10.6, 17.8, 0}, {8.6, 24.0, 0},  {7.0, 35.0, 0},  {6.4, 49.0, 0},  {7.2, 59.0, 1.5},
+        {11.8, 17.8, 0}, {10.0, 24.0, 0}, {8.2, 35.0, 0},  {7.4, 49.0, 0},  {8.0, 59.0, 1.5},
         {12.4, 60.6, 2}, {12.4, 62.8, 2}, {7.8, 64.2, 2},  {9.8, 65.2, 2},  {9.8, 67.2, 2},
         {7.2, 68.6, 2},  {8.2, 75.0, 0},  {10.2, 84.0, 0}, {12.4, 90.5, 1}, {12.6, 92.6, 2},
         {11.2, 94.0, 2}, {9.4, 97.0, 0},  {5.4, 100.6, 0}, {2.8, 101.4, 2}, {2.8, 103.0, 2},
@@ -228,5 +230,5 @@ void piece_build(enum piece kind, struct cage *c)
     static void (*const builders[PIECE_KINDS])(struct cage *) = {build_pawn,   build_rook,  build_knight,
                                                                  build_bishop, build_queen, build_king};
     builders[kind](c);
-    cage_scale(c, 1e-3);
+    cage_scale(c, DRAWN);
 }
