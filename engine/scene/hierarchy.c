@@ -31,7 +31,7 @@ uint32_t ng_link_before(const struct ng_world *world, ng_entity parent, ng_entit
     return is_child(world, parent, before) ? ng_entity_index(before) : 0;
 }
 
-static bool is_below(const struct ng_world *world, uint32_t top, uint32_t index)
+bool ng_is_below(const struct ng_world *world, uint32_t top, uint32_t index)
 {
     while (index && index != top)
         index = ng_slot(world, index)->parent;
@@ -48,7 +48,7 @@ ng_result ng_world_set_parent(struct ng_world *world, ng_entity e, ng_entity par
     NG_REQUIRE(ng_entity_alive(world, e), "entity %llx is not alive", (unsigned long long)e.id);
     NG_REQUIRE(ng_entity_is_null(parent) || ng_entity_alive(world, parent), "parent %llx is not alive",
                (unsigned long long)parent.id);
-    NG_REQUIRE(!is_below(world, ng_entity_index(e), ng_entity_index(parent)),
+    NG_REQUIRE(!ng_is_below(world, ng_entity_index(e), ng_entity_index(parent)),
                "entity %u cannot be put below itself: entity %u is in its subtree", ng_entity_index(e),
                ng_entity_index(parent));
     NG_REQUIRE(ng_entity_is_null(before) || is_child(world, parent, before),

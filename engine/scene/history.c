@@ -123,8 +123,9 @@ static ng_result toggle_place(struct ng_world *world, struct ng_op *op)
 {
     struct ng_op now = *op;
     if (!ng_entity_alive(world, op->entity) ||
-        (!ng_entity_is_null(op->parent) && !ng_entity_alive(world, op->parent)))
-        return NG_OK;
+        (!ng_entity_is_null(op->parent) && !ng_entity_alive(world, op->parent)) ||
+        ng_is_below(world, ng_entity_index(op->entity), ng_entity_index(op->parent)))
+        return NG_OK; // its place to be is gone, or has come to be below it
     now.parent = ng_world_parent(world, op->entity);
     now.before = ng_world_next_sibling(world, op->entity);
     ng_entity before = ng_slot_entity(world, ng_link_before(world, op->parent, op->before));

@@ -22,7 +22,7 @@ struct ng_query;
 struct ng_jobs;
 
 #define NG_QUERY_MAX_TERMS 8
-#define NG_CHUNK_ROWS      1024
+#define NG_CHUNK_ROWS      4096
 
 enum ng_term_kind {
     NG_TERM_READ,    // has it; its changes count in ng_query_changed

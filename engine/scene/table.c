@@ -1,7 +1,7 @@
 // Tables: all entities with one set of components, each component in a column of its own.
 //
 // Chunks keep the cost of growing and the spare room small, give jobs their portions, and carry a high-water
-// mark of ticks, so that a search for changes passes over 1024 rows with one comparison.
+// mark of ticks, so that a search for changes passes over 4096 rows with one comparison.
 #include "scene/world_internal.h"
 
 #include "base/hash.h"

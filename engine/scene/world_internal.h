@@ -221,6 +221,8 @@ NG_NODISCARD ng_result ng_component_drop(struct ng_world *world, ng_entity e, ng
 // hierarchy.c: takes a slot out of its parent's list, puts it in before a sibling (0: last).
 void ng_unlink(struct ng_world *world, uint32_t index);
 void ng_link(struct ng_world *world, uint32_t index, uint32_t parent, uint32_t before);
+// Whether a slot is `top` or below it.
+bool ng_is_below(const struct ng_world *world, uint32_t top, uint32_t index);
 // The `before` for ng_link that an operation's data mean now: 0 if it is no child of `parent` any more.
 uint32_t ng_link_before(const struct ng_world *world, ng_entity parent, ng_entity before);
 

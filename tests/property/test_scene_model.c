@@ -508,26 +508,36 @@ static void op_redo(struct fuzz *f)
         model_return(f, &f->history[f->done++].after);
 }
 
-static const struct {
+struct operation {
     void (*run)(struct fuzz *);
     uint32_t weight;
-} operations[] = {
-    {op_create, 10}, {op_destroy, 3}, {op_add, 20},       {op_remove, 8},   {op_edit, 20},
-    {op_move, 12},   {op_begin, 40},  {op_loop_write, 4}, {op_deferred, 5}, {op_commit, 7},
-    {op_cancel, 2},  {op_undo, 7},    {op_redo, 6},       {restamp, 4},
 };
+
+static const struct operation changes[] = {
+    {op_create, 10},    {op_destroy, 3},  {op_add, 20},   {op_remove, 8}, {op_edit, 20}, {op_move, 12},
+    {op_loop_write, 4}, {op_deferred, 5}, {op_commit, 7}, {op_cancel, 2}, {op_undo, 1},  {restamp, 4},
+};
+// Between transactions, mostly: changes there would forget the history.
+static const struct operation steps[] = {{op_begin, 4}, {op_undo, 5}, {op_redo, 4}};
+
+static const struct operation *pick(struct fuzz *f, const struct operation *from, size_t count)
+{
+    uint32_t total = 0;
+    for (size_t i = 0; i < count; i++)
+        total += from[i].weight;
+    uint32_t at = below(f, total);
+    while (at >= from->weight)
+        at -= from++->weight;
+    return from;
+}
 
 static void run_operation(struct fuzz *f)
 {
-    uint32_t total = 0, n;
-    for (size_t i = 0; i < NG_COUNT(operations); i++)
-        total += operations[i].weight;
-    uint32_t pick = below(f, total);
-    for (n = 0; pick >= operations[n].weight; n++)
-        pick -= operations[n].weight;
+    bool step = !f->open && below(f, 32);
+    const struct operation *op = step ? pick(f, steps, NG_COUNT(steps)) : pick(f, changes, NG_COUNT(changes));
     f->before = f->now;
     f->exact_last = true;
-    operations[n].run(f);
+    op->run(f);
     check(f);
     if (f->heard_count > NG_COUNT(f->heard) - 256 || f->touched_count > NG_COUNT(f->touched) - 512) {
         restamp(f);

@@ -309,19 +309,19 @@ static void changed_loops_visit_changed_rows_only(void **state)
     struct ng_world *world = *state;
     struct ng_query_desc desc = {.terms = {{.component = POINT}}, .term_count = 1};
     struct ng_query *query;
-    ng_entity e[5000];
-    for (int i = 0; i < 5000; i++)
+    ng_entity e[10000];
+    for (int i = 0; i < 10000; i++)
         e[i] = point_at(world, (float)i);
     OK(ng_query_create(world, &desc, &query));
     uint32_t since = ng_world_stamp(world), chunks = 0, rows = 0;
     ng_query_each_changed(it, query, since) fail();
-    ((struct point *)ng_world_write(world, e[2500], POINT))->x = 9;
+    ((struct point *)ng_world_write(world, e[7000], POINT))->x = 9;
     ng_query_each_changed(it, query, since)
     {
         chunks++;
         for (uint32_t i = 0; i < it.count; i++)
             if (ng_query_row_changed(&it, i)) {
-                SAME(it.entities[i], e[2500]);
+                SAME(it.entities[i], e[7000]);
                 rows++;
             }
     }
@@ -461,8 +461,8 @@ static void jobs_run_every_chunk_once(void **state)
     struct ng_query_desc desc = {.terms = {{POINT, NG_TERM_WRITE, false}}, .term_count = 1};
     struct ng_query *query;
     struct ng_jobs *jobs;
-    ng_entity e[5000];
-    for (int i = 0; i < 5000; i++) {
+    ng_entity e[10000];
+    for (int i = 0; i < 10000; i++) {
         e[i] = point_at(world, (float)i);
         if (i % 3 == 1)
             OK(ng_world_add(world, e[i], TAG, NULL));
@@ -473,7 +473,7 @@ static void jobs_run_every_chunk_once(void **state)
     ng_query_run_parallel(query, jobs, square_chunk, world);
     ng_jobs_destroy(&jobs);
     logged("cannot be created inside");
-    for (int i = 0; i < 5000; i++) {
+    for (int i = 0; i < 10000; i++) {
         const struct point *p = ng_world_get(world, e[i], POINT);
         assert_true(p->y == (float)i * (float)i);
         assert_int_equal(ng_world_changed_at(world, e[i], POINT) > since, i % 2);
@@ -584,6 +584,25 @@ static void destroyed_subtrees_come_back_as_they_were(void **state)
     assert_false(ng_world_has(world, a, CACHE)); // derived: not kept, computed anew
     OK(ng_world_redo(world));
     assert_false(ng_entity_alive(world, a) || ng_entity_alive(world, c));
+}
+
+// Each step of one transaction counts, also where they concern one component.
+static void redo_repeats_every_step(void **state)
+{
+    struct ng_world *world = *state;
+    ng_entity e = ng_entity_create(world);
+    OK(ng_world_begin(world, "Add, remove, add"));
+    OK(ng_world_add(world, e, POINT, &(struct point){1, 0}));
+    OK(ng_world_remove(world, e, POINT));
+    OK(ng_world_add(world, e, POINT, &(struct point){2, 0}));
+    OK(ng_world_set(world, e, POINT, &(struct point){3, 0}));
+    OK(ng_world_commit(world));
+    for (int i = 0; i < 2; i++) {
+        OK(ng_world_undo(world));
+        assert_false(ng_world_has(world, e, POINT));
+        OK(ng_world_redo(world));
+        assert_true(x_of(world, e) == 3);
+    }
 }
 
 static void cancel_takes_everything_back(void **state)
@@ -725,6 +744,7 @@ int main(void)
         TEST(events_come_in_order_and_removal_has_the_value),
         TEST(a_drag_is_one_entry),
         TEST(destroyed_subtrees_come_back_as_they_were),
+        TEST(redo_repeats_every_step),
         TEST(cancel_takes_everything_back),
         TEST(history_is_checked_and_bounded),
         TEST(undo_passes_over_what_is_gone),
