@@ -7,7 +7,8 @@
 ng_result ng_op_list_push(struct ng_op_list *list, const struct ng_op *op, const void *value, size_t size)
 {
     size_t offset = list->bytes.count;
-    if (!ng_array_reserve(&list->bytes, offset + size) || !ng_array_push(&list->ops, *op))
+    // One byte more than needed: a tag's value, of no bytes, has an address too.
+    if (!ng_array_reserve(&list->bytes, offset + size + 1) || !ng_array_push(&list->ops, *op))
         return ng_out_of_memory("a list of changes");
     list->ops.items[list->ops.count - 1].value = offset;
     if (size)
