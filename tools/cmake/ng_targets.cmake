@@ -12,10 +12,15 @@ function(ng_library name)
   target_link_libraries(${name} PUBLIC ${A_DEPS} PRIVATE ${A_PRIVATE} m)
 endfunction()
 
+# So that LeakSanitizer can tell whose leak it is.
+if(NG_SANITIZE)
+  set(NG_SANITIZE_SOURCES ${CMAKE_SOURCE_DIR}/tests/keep_libraries.c)
+endif()
+
 # ng_program(NAME SOURCES ... DEPS ...): an executable in build/<preset>/bin.
 function(ng_program name)
   cmake_parse_arguments(A "" "" "SOURCES;DEPS" ${ARGN})
-  add_executable(${name} ${A_SOURCES})
+  add_executable(${name} ${A_SOURCES} ${NG_SANITIZE_SOURCES})
   target_link_libraries(${name} PRIVATE ${A_DEPS} m)
 endfunction()
 
@@ -26,7 +31,7 @@ function(ng_test name)
   if(NOT A_TIMEOUT)
     set(A_TIMEOUT 300)
   endif()
-  add_executable(${name} ${A_SOURCES})
+  add_executable(${name} ${A_SOURCES} ${NG_SANITIZE_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${A_DEPS} PkgConfig::cmocka m)
