@@ -123,7 +123,7 @@ struct ng_graph_ref ng_graph_history_buffer(struct ng_graph *g, const char *name
 
 // Imported: owned by someone else, used as it is found and left as it is wanted. Borrowed until the frame has
 // been executed; gpu/frame.h keeps what is destroyed later alive for the GPU. Everything submitted before the
-// frame is visible to it. A null object is for graphs that are only compiled.
+// frame is visible to it.
 struct ng_graph_import {
     enum ng_use initial; // last use before the frame, hence its layout; NONE: no content worth keeping
     enum ng_use final;   // use after the frame; NONE: left as the last pass had it
