@@ -62,6 +62,37 @@ static void test_deferred_destruction(void **state)
     gpu_test_end(gpu);
 }
 
+// A frame that the device cannot finish until the host lets it: what it uses stays, although a submission
+// that was made after the destruction is done.
+static void test_destruction_waits_for_the_frame(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_gpu *gpu = gpu_test_begin();
+    struct ng_gpu_buffer *used = make_buffer(gpu, 64, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *other = make_buffer(gpu, 64, NG_GPU_MEMORY_DEVICE);
+    VkEvent event;
+    VkEventCreateInfo info = {.sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO};
+    assert_int_equal(vkCreateEvent(gpu->device, &info, NULL, &event), VK_SUCCESS);
+    uint32_t waiting = ng_gpu_stats(gpu).waiting, words[16];
+    struct ng_cmd *cmd;
+    begin(gpu, &cmd);
+    vkCmdWaitEvents(cmd->handle, 1, &event, VK_PIPELINE_STAGE_HOST_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0,
+                    NULL, 0, NULL, 0, NULL);
+    vkCmdFillBuffer(cmd->handle, used->handle, 0, VK_WHOLE_SIZE, 1);
+    ng_gpu_buffer_destroy(&used);
+    assert_int_equal(ng_readback_buffer(other, 0, words, 64), NG_OK); // a whole submission within the frame
+    uint64_t between = ng_gpu_serial(gpu) - 1;
+    end(gpu, &cmd);
+    assert_int_equal(ng_gpu_wait(gpu, between), NG_OK); // frees what is done
+    assert_true(ng_gpu_stats(gpu).waiting >= waiting + 2);
+    vkSetEvent(gpu->device, event);
+    assert_int_equal(ng_gpu_wait_idle(gpu), NG_OK);
+    assert_int_equal(ng_gpu_stats(gpu).waiting, waiting);
+    vkDestroyEvent(gpu->device, event, NULL);
+    ng_gpu_buffer_destroy(&other);
+    gpu_test_end(gpu);
+}
+
 // The CPU in the middle of a frame: it reads what the first part wrote, and writes what the second part
 // reads.
 static void test_frame_in_parts(void **state)
@@ -296,6 +327,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_deferred_destruction),
+        cmocka_unit_test(test_destruction_waits_for_the_frame),
         cmocka_unit_test(test_frame_in_parts),
         cmocka_unit_test(test_frame_memory),
         cmocka_unit_test(test_timers),

@@ -121,6 +121,24 @@ static void test_device_memory(void **state)
     gpu_test_end(gpu);
 }
 
+static void test_alignment_is_kept(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_gpu *gpu = gpu_test_begin();
+    struct ng_gpu_memory odd, aligned;
+    VkMemoryRequirements need = {.size = 3, .alignment = 1, .memoryTypeBits = UINT32_MAX};
+    assert_int_equal(ng_gpu_memory_allocate(gpu, &need, NG_GPU_MEMORY_UPLOAD, "odd", &odd), NG_OK);
+    need.alignment = 1 << 16;
+    assert_int_equal(ng_gpu_memory_allocate(gpu, &need, NG_GPU_MEMORY_UPLOAD, "aligned", &aligned), NG_OK);
+    assert_true(aligned.memory == odd.memory && aligned.offset != odd.offset);
+    assert_int_equal(aligned.offset % (1 << 16), 0);
+    assert_true((unsigned char *)aligned.mapped - aligned.offset == (unsigned char *)odd.mapped - odd.offset);
+    ng_gpu_memory_free(gpu, &odd);
+    ng_gpu_memory_free(gpu, &aligned);
+    ng_gpu_memory_free(gpu, &aligned); // zero by now
+    gpu_test_end(gpu);
+}
+
 static void test_placed_objects_share(void **state)
 {
     NG_UNUSED(state);
@@ -157,9 +175,8 @@ static void test_placed_objects_share(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_suballocator_random),
-        cmocka_unit_test(test_suballocator_alignment),
-        cmocka_unit_test(test_device_memory),
+        cmocka_unit_test(test_suballocator_random),  cmocka_unit_test(test_suballocator_alignment),
+        cmocka_unit_test(test_device_memory),        cmocka_unit_test(test_alignment_is_kept),
         cmocka_unit_test(test_placed_objects_share),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
