@@ -7,7 +7,6 @@
 #include "render/scene_gpu.h"
 
 #include "compose.frag.spv.h"
-#include "fullscreen.vert.spv.h"
 #include "tonemap.frag.spv.h"
 
 #include <stdlib.h>
@@ -32,10 +31,10 @@ ng_result ng_display_create(struct ng_gpu *gpu, struct ng_display **out)
     if (!self)
         return NG_ERROR_MEMORY;
     self->gpu = gpu;
-    ng_result r = ng_gpu_graphics_create(
+    ng_result r = ng_fullscreen_create(
         gpu,
         &(struct ng_gpu_graphics_params){.name = "compose",
-                                         .vertex = NG_SPIRV(ng_spv_fullscreen_vert),
+
                                          .fragment = NG_SPIRV(ng_spv_compose_frag),
                                          .slots = compose_slots,
                                          .slot_count = NG_COUNT(compose_slots),
@@ -43,16 +42,15 @@ ng_result ng_display_create(struct ng_gpu *gpu, struct ng_display **out)
                                          .color_count = 1},
         &self->compose);
     if (r == NG_OK)
-        r = ng_gpu_graphics_create(
-            gpu,
-            &(struct ng_gpu_graphics_params){.name = "tone map",
-                                             .vertex = NG_SPIRV(ng_spv_fullscreen_vert),
-                                             .fragment = NG_SPIRV(ng_spv_tonemap_frag),
-                                             .slots = tonemap_slots,
-                                             .slot_count = NG_COUNT(tonemap_slots),
-                                             .color_formats = {VK_FORMAT_R8G8B8A8_UNORM},
-                                             .color_count = 1},
-            &self->tonemap);
+        r = ng_fullscreen_create(gpu,
+                                 &(struct ng_gpu_graphics_params){.name = "tone map",
+
+                                                                  .fragment = NG_SPIRV(ng_spv_tonemap_frag),
+                                                                  .slots = tonemap_slots,
+                                                                  .slot_count = NG_COUNT(tonemap_slots),
+                                                                  .color_formats = {VK_FORMAT_R8G8B8A8_UNORM},
+                                                                  .color_count = 1},
+                                 &self->tonemap);
     if (r != NG_OK)
         ng_display_destroy(&self);
     *out = self;

@@ -3,10 +3,10 @@
 
 #include "components/light_environment.h"
 #include "render/frame.h"
+#include "render/passes_internal.h"
 #include "render/scene_gpu.h"
 
 #include "background.frag.spv.h"
-#include "fullscreen.vert.spv.h"
 #include "gbuffer_plain.frag.spv.h"
 #include "gbuffer_plain.vert.spv.h"
 #include "gbuffer_textured.frag.spv.h"
@@ -76,10 +76,10 @@ static ng_result make_background_pipeline(struct ng_gpu *gpu, struct ng_gpu_pipe
         {.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
         {.binding = 1, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
     };
-    return ng_gpu_graphics_create(
+    return ng_fullscreen_create(
         gpu,
         &(struct ng_gpu_graphics_params){.name = "background",
-                                         .vertex = NG_SPIRV(ng_spv_fullscreen_vert),
+
                                          .fragment = NG_SPIRV(ng_spv_background_frag),
                                          .slots = slots,
                                          .slot_count = NG_COUNT(slots),

@@ -15,4 +15,9 @@ static inline struct ng_gpu_binding ng_pass_texture(const struct ng_pass_context
                                    .sampler = ng_gpu_sampler(ctx->gpu, &(struct ng_gpu_sampler_params){0})};
 }
 
+// A pipeline that covers the picture: `params` without a vertex stage, which is fullscreen.vert. Draw 3
+// vertices.
+NG_NODISCARD ng_result ng_fullscreen_create(struct ng_gpu *gpu, const struct ng_gpu_graphics_params *params,
+                                            struct ng_gpu_pipeline **out);
+
 #endif

@@ -7,7 +7,6 @@
 #include "render/scene_gpu.h"
 
 #include "direct.frag.spv.h"
-#include "fullscreen.vert.spv.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -37,11 +36,11 @@ ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out)
     if (!self)
         return NG_ERROR_MEMORY;
     self->gpu = gpu;
-    ng_result r = ng_gpu_graphics_create(
+    ng_result r = ng_fullscreen_create(
         gpu,
         &(struct ng_gpu_graphics_params){
             .name = "direct",
-            .vertex = NG_SPIRV(ng_spv_fullscreen_vert),
+
             .fragment = NG_SPIRV(ng_spv_direct_frag),
             .slots = slots,
             .slot_count = NG_COUNT(slots),
@@ -86,6 +85,12 @@ static ng_result add_light(const struct ng_pass_context *ctx)
     return NG_OK;
 }
 
+static ng_result add_nothing(const struct ng_pass_context *ctx)
+{
+    NG_UNUSED(ctx);
+    return NG_OK;
+}
+
 static struct ng_graph_ref sum_image(struct ng_graph *g, const struct ng_frame_info *frame, const char *name)
 {
     return ng_graph_add_image(g, name,
@@ -105,7 +110,14 @@ static ng_result consume(struct ng_composer *composer, void *user)
     struct ng_graph *g = ng_composer_graph(composer);
     struct ng_radiance out = {.unshadowed = sum_image(g, data.frame, "radiance/unshadowed"),
                               .direct = sum_image(g, data.frame, "radiance/direct")};
-    for (size_t i = 0; i < ng_composer_count(composer, &ng_light_maps_item); i++) {
+    size_t count = ng_composer_count(composer, &ng_light_maps_item);
+    if (!count) { // a scene in the dark: the cleared sums are the result
+        struct ng_pass *pass = ng_graph_add_pass(
+            g, &(struct ng_pass_params){.name = "direct", .kind = NG_PASS_RASTER, .run = add_nothing});
+        out.unshadowed = ng_pass_write(pass, out.unshadowed, NG_USE_COLOR);
+        out.direct = ng_pass_write(pass, out.direct, NG_USE_COLOR);
+    }
+    for (size_t i = 0; i < count; i++) {
         data.maps = ng_composer_get(composer, &ng_light_maps_item, i);
         char name[160];
         snprintf(name, sizeof name, "direct:%s", data.maps->name);

@@ -224,9 +224,11 @@ static ng_result remember_frame(struct ng_renderer *r, const struct ng_render_pa
 static ng_result declare_frame(struct ng_renderer *r, const struct ng_render_params *p)
 {
     struct pass_data data = {.r = r};
+    ng_composer_begin(r->composer);
     for (uint32_t i = 0; i < p->layer_count; i++)
         NG_TRY(ng_layers_request(r->graph, p->layers[i]));
-    ng_composer_begin(r->composer);
+    for (uint32_t i = 0; i < p->resource_count; i++)
+        ng_graph_readback(r->graph, p->resources[i]);
     NG_TRY(ng_composer_publish(r->composer, &ng_frame_item, &r->frame));
     if (r->params.bare_passes)
         declare_bare(r, &data);

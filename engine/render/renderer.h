@@ -43,6 +43,10 @@ struct ng_render_params {
     const char *method;                 // null: "raster"
     const char *const *layers;          // names to fetch with ng_renderer_layer, borrowed for the call
     uint32_t layer_count;
+    // Any resources of the graph by name ("rsm:lamp/flux"), to fetch with ng_graph_readback_get; borrowed for
+    // the call.
+    const char *const *resources;
+    uint32_t resource_count;
     // Draws over the picture before it is shown or fetched, inside of the frame's declaration; null: nothing.
     // Returns the new version of `display` (RGBA8 UNORM, sRGB-encoded).
     struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph, struct ng_graph_ref display);

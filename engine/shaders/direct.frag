@@ -2,7 +2,8 @@
 //
 // Shadows are percentage-closer soft shadows (Fernando 2005): the mean distance of blockers in a search disk gives
 // the width of the penumbra, and a disk of that width is filtered. Both disks lie on the tangent plane of the
-// receiver, whose distance along each texel's own direction is known exactly, so that no slope bias is needed.
+// receiver, whose distance along each texel's own direction is known exactly, so that no slope bias is needed. Where
+// that plane runs on behind a corner, the receiver's own distance is the limit: the next wall is no blocker.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -39,11 +40,11 @@ vec3 from_octahedral(vec2 o)
 
 struct texel {
     float light_distance;    // along the view's rays, from the eye to what the map saw; negative: nothing, or outside
-    float receiver_distance; // along the same ray to the receiver's tangent plane
+    float receiver_distance; // along the same ray to the receiver's tangent plane, at most the receiver's own
 };
 
 // What the light's maps hold in the direction of a point.
-texel look(vec3 p, vec3 receiver, vec3 normal)
+texel look(vec3 p, vec3 receiver, vec3 normal, float limit)
 {
     texel none = texel(-1, 0);
     for (uint i = 0; i < light.view_count; i++) {
@@ -63,13 +64,13 @@ texel look(vec3 p, vec3 receiver, vec3 normal)
             vec3 start = v.origin + xy.x * v.axis_x + xy.y * v.axis_y;
             float slope = dot(normal, v.axis_z);
             float plane = abs(slope) > 1e-3 ? dot(receiver - start, normal) / slope : z;
-            return texel((1 - depth) * v.depth_range, plane);
+            return texel((1 - depth) * v.depth_range, min(plane, limit));
         }
         vec3 ray = v.axis_z + xy.x * v.axis_x + xy.y * v.axis_y;
         float slope = dot(normal, ray);
         float plane = abs(slope) > 1e-3 ? dot(receiver - v.origin, normal) / slope : z;
         float scale = length(ray);
-        return texel(v.depth_range / depth * scale, plane * scale);
+        return texel(v.depth_range / depth * scale, min(plane * scale, limit));
     }
     return none;
 }
@@ -111,7 +112,7 @@ float visibility(vec3 p, vec3 normal)
     float blockers = 0, sum = 0;
     for (int i = 0; i < BLOCKER_SAMPLES; i++) {
         vec2 d = disk(i, BLOCKER_SAMPLES, angle) * search;
-        texel t = look(p + side * d.x + up * d.y, p, normal);
+        texel t = look(p + side * d.x + up * d.y, p, normal, eye_distance);
         if (blocks(t, bias)) {
             blockers += 1;
             sum += t.light_distance;
@@ -127,7 +128,7 @@ float visibility(vec3 p, vec3 normal)
     float open = 0;
     for (int i = 0; i < FILTER_SAMPLES; i++) {
         vec2 d = disk(i, FILTER_SAMPLES, angle) * width;
-        open += blocks(look(p + side * d.x + up * d.y, p, normal), bias) ? 0.0 : 1.0;
+        open += blocks(look(p + side * d.x + up * d.y, p, normal, eye_distance), bias) ? 0.0 : 1.0;
     }
     return open / float(FILTER_SAMPLES);
 }

@@ -1,0 +1,608 @@
+// The renderer against closed forms, on snapshots made by hand: no files, no world.
+//
+// The stage: a room, 4 x 4 x 4 m around the origin, of six one-sided quads that face inwards, grey. Tests add
+// a light, an occluder, a camera.
+#include "gpu_test.h"
+
+#include "asset/assets.h"
+#include "components/components.h"
+#include "components/light_directional.h"
+#include "components/light_point.h"
+#include "components/light_rectangle.h"
+#include "gpu/frame.h"
+#include "graph/graph.h"
+#include "render/renderer.h"
+#include "shaders/shared/brdf.h"
+#include "shaders/shared/tonemap.h"
+
+#include <math.h>
+
+#define SIZE   64u
+#define QUADS  8
+#define LIGHTS 2
+#define WALL   0.5f
+#define PI     3.14159265358979f
+
+static const float quad_positions[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
+static const float quad_normals[] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+static const float quad_tangents[] = {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1};
+static const float quad_uvs[] = {0, 1, 1, 1, 1, 0, 0, 0};
+static const uint32_t quad_indices[] = {0, 1, 2, 0, 2, 3};
+
+struct stage {
+    struct ng_gpu *gpu;
+    struct ng_renderer *renderer;
+    struct ng_snapshot snapshot;
+    struct ng_snapshot_mesh mesh;
+    struct ng_snapshot_material materials[2];
+    struct ng_snapshot_instance instances[QUADS];
+    struct ng_snapshot_light lights[LIGHTS];
+    struct ng_render_params render;
+};
+
+// A quad of half size `half` at `center`, its normal along `normal` (an axis).
+static void add_quad(struct stage *s, uint32_t material, const float center[3], const float normal[3],
+                     float half)
+{
+    struct ng_snapshot_instance *i = &s->instances[s->snapshot.instance_count++];
+    float up[3] = {0, fabsf(normal[1]) < 0.5f, fabsf(normal[1]) >= 0.5f}, right[3];
+    for (int a = 0; a < 3; a++)
+        right[a] = up[(a + 1) % 3] * normal[(a + 2) % 3] - up[(a + 2) % 3] * normal[(a + 1) % 3];
+    *i = (struct ng_snapshot_instance){.entity = {s->snapshot.instance_count | 1ull << 32},
+                                       .material = material,
+                                       .light = NG_NONE,
+                                       .version = s->snapshot.instance_count};
+    for (int a = 0; a < 3; a++) {
+        i->matrix[a * 4 + 0] = right[a] * half;
+        i->matrix[a * 4 + 1] = up[a] * half;
+        i->matrix[a * 4 + 2] = normal[a] * half;
+        i->matrix[a * 4 + 3] = center[a];
+        i->bounds_min[a] = center[a] - half * (1 - fabsf(normal[a])) - 1e-4f;
+        i->bounds_max[a] = center[a] + half * (1 - fabsf(normal[a])) + 1e-4f;
+    }
+    memcpy(i->previous_matrix, i->matrix, sizeof i->matrix);
+}
+
+static void identity(float m[16])
+{
+    memset(m, 0, 16 * sizeof *m);
+    for (int i = 0; i < 4; i++)
+        m[i * 5] = 1;
+}
+
+static struct ng_snapshot_light *add_light(struct stage *s, ng_component component, const void *params,
+                                           size_t size, const float matrix[16])
+{
+    struct ng_snapshot_light *l = &s->lights[s->snapshot.light_count++];
+    *l = (struct ng_snapshot_light){.entity = {100 + s->snapshot.light_count},
+                                    .name = "lamp",
+                                    .image = NG_NONE,
+                                    .version = s->snapshot.light_count};
+    l->source.type = ng_light_type_of(component);
+    memcpy(l->source.params, params, size);
+    memcpy(l->source.matrix, matrix, sizeof l->source.matrix);
+    l->source.scene_radius = s->snapshot.scene_radius;
+    assert_int_equal(ng_light_prepare(&l->source), NG_OK);
+    l->power = ng_light_power(&l->source);
+    return l;
+}
+
+static struct ng_snapshot_light *add_point(struct stage *s, float x, float y, float z, float intensity)
+{
+    const struct ng_light_point p = {.on = true, .color = {1, 1, 1}, .intensity = intensity};
+    float m[16];
+    identity(m);
+    m[12] = x, m[13] = y, m[14] = z;
+    return add_light(s, NG_LIGHT_POINT, &p, sizeof p, m);
+}
+
+static const char *const all_layers[] = {"beauty",   "direct",   "unshadowed", "shadow",    "albedo",
+                                         "specular", "position", "normal",     "roughness", "motion",
+                                         "depth",    "entity",   "display",    "emission"};
+
+static int begin_with(void **state, struct ng_renderer_params params)
+{
+    struct stage *s = calloc(1, sizeof *s);
+    s->gpu = gpu_test_begin();
+    params.gpu = s->gpu;
+    assert_int_equal(ng_renderer_create(&params, &s->renderer), NG_OK);
+    s->mesh = (struct ng_snapshot_mesh){.key = 1,
+                                        .revision = 1,
+                                        .vertex_count = 4,
+                                        .index_count = 6,
+                                        .positions = quad_positions,
+                                        .normals = quad_normals,
+                                        .tangents = quad_tangents,
+                                        .uvs = quad_uvs,
+                                        .indices = quad_indices};
+    for (int i = 0; i < 2; i++)
+        s->materials[i] = (struct ng_snapshot_material){.base_color = {WALL, WALL, WALL},
+                                                        .roughness = 1,
+                                                        .alpha = 1,
+                                                        .base_color_image = NG_NONE,
+                                                        .metallic_roughness_image = NG_NONE,
+                                                        .normal_image = NG_NONE,
+                                                        .emissive_image = NG_NONE};
+    s->snapshot = (struct ng_snapshot){.scene_radius = 4,
+                                       .mesh_count = 1,
+                                       .material_count = 2,
+                                       .meshes = &s->mesh,
+                                       .instances = s->instances,
+                                       .materials = s->materials,
+                                       .lights = s->lights,
+                                       .environment = NG_NONE};
+    // Looks along -Z from the room's front; 90 degrees, so that a pixel's ray is (x, y, -1).
+    s->snapshot.camera = (struct ng_snapshot_camera){
+        .position = {0, 0, 1}, .fov_y = PI / 2, .near_plane = 0.01f, .exposure = 1};
+    identity(s->snapshot.camera.view);
+    s->snapshot.camera.view[14] = -1;
+    memcpy(s->snapshot.camera.previous_view, s->snapshot.camera.view, sizeof s->snapshot.camera.view);
+    for (int a = 0; a < 3; a++)
+        for (int side = -1; side <= 1; side += 2) {
+            float center[3] = {0}, normal[3] = {0};
+            center[a] = (float)side * 2;
+            normal[a] = (float)-side;
+            add_quad(s, 0, center, normal, 2);
+        }
+    s->render = (struct ng_render_params){.snapshot = &s->snapshot,
+                                          .width = SIZE,
+                                          .height = SIZE,
+                                          .layers = all_layers,
+                                          .layer_count = NG_COUNT(all_layers)};
+    *state = s;
+    return 0;
+}
+
+static int begin(void **state)
+{
+    return begin_with(state, (struct ng_renderer_params){0});
+}
+
+static int end(void **state)
+{
+    struct stage *s = *state;
+    for (uint32_t i = 0; i < s->snapshot.light_count; i++)
+        ng_light_finish(&s->lights[i].source);
+    ng_renderer_destroy(&s->renderer);
+    gpu_test_end(s->gpu);
+    free(s);
+    return 0;
+}
+
+static void draw(struct stage *s)
+{
+    struct ng_cmd *cmd;
+    s->snapshot.frame++;
+    assert_int_equal(ng_frame_begin(s->gpu, &cmd), NG_OK);
+    assert_int_equal(ng_renderer_frame(s->renderer, &cmd, &s->render), NG_OK);
+    assert_int_equal(ng_frame_end(s->gpu, &cmd), NG_OK);
+}
+
+static const float *texel(struct stage *s, const char *name, uint32_t x, uint32_t y)
+{
+    struct ng_layer l;
+    assert_int_equal(ng_renderer_layer(s->renderer, name, &l), NG_OK);
+    assert_int_equal(l.width, s->render.width);
+    assert_int_equal(l.height, s->render.height);
+    return l.pixels + ((size_t)y * l.width + x) * l.channels;
+}
+
+static void assert_near(float got, float want, float tolerance)
+{
+    if (!(fabsf(got - want) <= tolerance))
+        fail_msg("got %g, want %g within %g", (double)got, (double)want, (double)tolerance);
+}
+
+// The ray of a pixel's centre, unnormalised: (x, y, -1).
+static void pixel_ray(uint32_t px, uint32_t py, float *x, float *y)
+{
+    *x = ((float)px + 0.5f) / SIZE * 2 - 1;
+    *y = 1 - ((float)py + 0.5f) / SIZE * 2;
+}
+
+static void gbuffer_holds_the_surface_at_the_pixel_centre(void **state)
+{
+    struct stage *s = *state;
+    s->materials[0].metallic = 0.25f;
+    s->materials[0].roughness = 0.5f;
+    draw(s);
+    for (uint32_t py = 1; py < SIZE; py += 9)
+        for (uint32_t px = 1; px < SIZE; px += 9) {
+            float x, y;
+            pixel_ray(px, py, &x, &y);
+            if (fabsf(fabsf(x) - fabsf(y)) < 1e-3f)
+                continue; // the edge between two walls
+            // The nearest wall along the ray: back (z = -2, 3 m away) or a side at +-2.
+            float m = fmaxf(fabsf(x), fabsf(y)), t = fminf(3, 2 / m);
+            const float *p = texel(s, "position", px, py);
+            assert_near(p[0], x * t, 1e-3f);
+            assert_near(p[1], y * t, 1e-3f);
+            assert_near(p[2], 1 - t, 1e-3f);
+            assert_near(texel(s, "depth", px, py)[0], t, 1e-3f);
+            const float *n = texel(s, "normal", px, py);
+            if (t == 3)
+                assert_near(n[2], 1, 1e-3f);
+            else
+                assert_near(fabsf(x) > fabsf(y) ? n[0] * x : n[1] * y, -m, 2e-3f);
+            assert_near(texel(s, "roughness", px, py)[0], 0.5f, 1e-3f);
+            assert_near(texel(s, "albedo", px, py)[1], WALL * 0.75f, 1e-3f);
+            assert_near(texel(s, "specular", px, py)[1], 0.04f * 0.75f + WALL * 0.25f, 1e-3f);
+            assert_near(texel(s, "motion", px, py)[0], 0, 1e-3f);
+        }
+}
+
+static void picking_names_the_entity(void **state)
+{
+    struct stage *s = *state;
+    ng_entity e;
+    draw(s);
+    assert_int_equal(ng_renderer_pick(s->renderer, SIZE / 2, SIZE / 2, &e), NG_OK);
+    assert_int_equal(e.id, s->instances[4].entity.id); // the back wall: the third axis, negative side
+    assert_int_equal(ng_renderer_pick(s->renderer, SIZE - 1, SIZE / 2, &e), NG_OK);
+    assert_int_equal(e.id, s->instances[1].entity.id);
+    s->snapshot.instance_count = 0;
+    draw(s);
+    assert_int_equal(ng_renderer_pick(s->renderer, SIZE / 2, SIZE / 2, &e), NG_OK);
+    assert_int_equal(e.id, 0);
+}
+
+static void motion_is_now_minus_before_in_pixels(void **state)
+{
+    struct stage *s = *state;
+    s->instances[4].previous_matrix[3] = -0.3f; // the back wall was 0.3 m to the left, 3 m away
+    s->instances[4].previous_matrix[7] = 0.15f; // and 0.15 m higher
+    draw(s);
+    const float *m = texel(s, "motion", SIZE / 2, SIZE / 2);
+    assert_near(m[0], 0.3f / 3 * SIZE / 2, 1e-3f);
+    assert_near(m[1], 0.15f / 3 * SIZE / 2, 1e-3f);
+}
+
+// Diffuse and specular light of a point source at a back-wall pixel, from the shared BRDF.
+static float point_radiance(const float light[3], float intensity, float px, float py, float pz,
+                            const float eye[3])
+{
+    float l[3] = {light[0] - px, light[1] - py, light[2] - pz},
+          v[3] = {eye[0] - px, eye[1] - py, eye[2] - pz}, h[3];
+    float ll = sqrtf(l[0] * l[0] + l[1] * l[1] + l[2] * l[2]),
+          lv = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    float hh = 0, vh = 0;
+    for (int a = 0; a < 3; a++) {
+        l[a] /= ll;
+        v[a] /= lv;
+        h[a] = l[a] + v[a];
+        hh += h[a] * h[a];
+    }
+    for (int a = 0; a < 3; a++)
+        vh += v[a] * h[a] / sqrtf(hh);
+    return ng_brdf(l[2], v[2], h[2] / sqrtf(hh), vh, WALL, 0.04f, 1.0f) * l[2] * intensity / (ll * ll);
+}
+
+static void a_point_light_obeys_the_inverse_square_and_the_brdf(void **state)
+{
+    struct stage *s = *state;
+    const float at[3] = {0.5f, 0.25f, 0}, eye[3] = {0, 0, 1};
+    add_point(s, at[0], at[1], at[2], 7);
+    draw(s);
+    for (uint32_t py = 20; py < 44; py += 5)
+        for (uint32_t px = 20; px < 44; px += 5) {
+            float x, y;
+            pixel_ray(px, py, &x, &y);
+            float want = point_radiance(at, 7, x * 3, y * 3, -2, eye);
+            assert_near(texel(s, "unshadowed", px, py)[0], want, want * 2e-3f);
+            assert_near(texel(s, "shadow", px, py)[0], 1, 0); // nothing in the way: not one texel of acne
+            assert_near(texel(s, "beauty", px, py)[0], want, want * 2e-3f);
+        }
+    // No acne anywhere in the room, grazing angles and corners included.
+    for (uint32_t py = 0; py < SIZE; py++)
+        for (uint32_t px = 0; px < SIZE; px++)
+            assert_near(texel(s, "shadow", px, py)[0], 1, 0.05f);
+}
+
+static void an_occluder_casts_the_shadow_that_geometry_says(void **state)
+{
+    struct stage *s = *state;
+    const float center[3] = {0, 0, -1}, toward_light[3] = {0, 0, 1};
+    add_point(s, 0, 0, 0, 7);
+    add_quad(s, 1, center, toward_light, 0.25f); // half way: its shadow on the back wall is 1 m wide, +-0.5
+    s->snapshot.camera.position[0] = 0;
+    draw(s);
+    for (uint32_t px = 0; px < SIZE; px++) {
+        float x, y;
+        pixel_ray(px, SIZE / 2 + 14, &x,
+                  &y); // a row below the occluder's own picture, y = -0.45: wall at y = -1.36
+        const float *p = texel(s, "position", px, SIZE / 2 + 14);
+        if (p[2] > -1.99f)
+            continue;
+        assert_near(texel(s, "shadow", px, SIZE / 2 + 14)[0], 1, 0);
+    }
+    // Seen from the side: rows that look past the occluder at its shadow.
+    s->snapshot.camera.view[12] = -1.5f; // camera at x = 1.5
+    s->snapshot.camera.position[0] = 1.5f;
+    memcpy(s->snapshot.camera.previous_view, s->snapshot.camera.view, sizeof s->snapshot.camera.view);
+    draw(s);
+    int dark = 0, lit = 0;
+    for (uint32_t px = 0; px < SIZE; px++) {
+        const float *p = texel(s, "position", px, SIZE / 2);
+        if (p[2] > -1.99f || fabsf(fabsf(p[0]) - 0.5f) < 0.02f)
+            continue; // not the back wall, or within a texel of the edge
+        bool in_shadow = fabsf(p[0]) < 0.5f;
+        assert_near(texel(s, "shadow", px, SIZE / 2)[0], in_shadow ? 0.0f : 1.0f, 0);
+        dark += in_shadow;
+        lit += !in_shadow;
+    }
+    assert_true(dark > 3 && lit > 10);
+}
+
+static void an_area_light_has_a_penumbra(void **state)
+{
+    struct stage *s = *state;
+    const struct ng_light_rectangle r = {
+        .on = true, .color = {1, 1, 1}, .radiance = 10, .size = {0.5f, 0.5f}};
+    const float center[3] = {0, 0, -1}, normal[3] = {0, 0, 1};
+    float m[16];
+    identity(m); // emits along -Z, from the origin
+    add_light(s, NG_LIGHT_RECTANGLE, &r, sizeof r, m);
+    add_quad(s, 1, center, normal, 0.25f);
+    s->snapshot.camera.view[12] = -1.5f;
+    s->snapshot.camera.position[0] = 1.5f;
+    draw(s);
+    // The light spans +-0.25: the umbra on the back wall is +-0.25, the penumbra ends at +-0.75.
+    float last = -1;
+    for (uint32_t px = 0; px < SIZE; px++) {
+        const float *p = texel(s, "position", px, SIZE / 2);
+        float shadow = texel(s, "shadow", px, SIZE / 2)[0];
+        if (p[2] > -1.99f || p[0] < 0)
+            continue;
+        if (p[0] < 0.1f)
+            assert_near(shadow, 0, 0.1f);
+        if (p[0] > 1.0f)
+            assert_near(shadow, 1, 0);
+        assert_true(shadow >= last - 0.15f); // grows outwards, but for the filter's noise
+        last = shadow;
+    }
+    assert_near(last, 1, 0);
+}
+
+static float read_flux(struct stage *s)
+{
+    struct ng_graph *g = ng_renderer_graph(s->renderer);
+    struct ng_graph_memory m;
+    double sum = 0;
+    const char *const names[] = {"rsm:lamp/flux"};
+    s->render.resources = names;
+    s->render.resource_count = 1;
+    draw(s);
+    s->render.resource_count = 0;
+    assert_int_equal(ng_graph_readback_get(g, "rsm:lamp/flux", &m), NG_OK);
+    for (uint64_t i = 0; i < m.size / 16; i++)
+        sum += (double)((const float *)m.data)[i * 4];
+    return (float)sum;
+}
+
+// In a closed room all of a light's power meets a wall, and the diffuse share comes back; the specular part
+// of walls of roughness 1 adds what the fit of its albedo says, a few percent.
+static void the_rsm_reflects_the_power_of_the_light(void **state)
+{
+    struct stage *s = *state;
+    add_point(s, 0.3f, -0.4f, 0.2f, 7);
+    float power = 4 * PI * 7;
+    assert_near(s->lights[0].power, power, power * 1e-4f);
+    float flux = read_flux(s);
+    assert_true(flux > power * WALL && flux < power * (WALL + 0.05f));
+    s->materials[0].base_color[0] = 0;
+    for (int i = 0; i < 6; i++)
+        s->instances[i].version += 100;
+    float specular_only = read_flux(s);
+    assert_near(flux - specular_only, power * WALL, power * WALL * 2e-3f);
+}
+
+static uint64_t runs_of(struct stage *s, const char *name)
+{
+    size_t count;
+    const struct ng_pass_stats *stats = ng_graph_stats(ng_renderer_graph(s->renderer), &count);
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(stats[i].name, name) == 0)
+            return stats[i].runs;
+    return 0;
+}
+
+static void light_maps_are_redrawn_only_when_what_they_show_changes(void **state)
+{
+    struct stage *s = *state;
+    const struct ng_light_directional sun = {.on = true, .color = {1, 1, 1}, .irradiance = 2};
+    const float center[3] = {0, 0, -1}, normal[3] = {0, 0, 1};
+    float m[16];
+    identity(m);
+    add_light(s, NG_LIGHT_DIRECTIONAL, &sun, sizeof sun, m);
+    add_quad(s, 1, center, normal, 0.25f);
+    draw(s);
+    assert_int_equal(runs_of(s, "rsm:lamp/depth"), 1);
+    struct ng_layer before;
+    assert_int_equal(ng_renderer_layer(s->renderer, "beauty", &before), NG_OK);
+    float pixel = before.pixels[(SIZE / 2 * SIZE + SIZE / 4) * 3];
+    for (int i = 0; i < 3; i++)
+        draw(s);
+    assert_int_equal(runs_of(s, "rsm:lamp/depth"), 1);
+    assert_near(texel(s, "beauty", SIZE / 4, SIZE / 2)[0], pixel, 0);
+
+    s->snapshot.camera.view[12] = 0.1f; // the camera is not among the inputs
+    draw(s);
+    assert_int_equal(runs_of(s, "rsm:lamp/depth"), 1);
+
+    s->instances[6].matrix[3] += 0.5f; // the occluder is
+    s->instances[6].version = 77;
+    draw(s);
+    assert_int_equal(runs_of(s, "rsm:lamp/depth"), 2);
+
+    s->instances[6].bounds_min[1] += 100; // gone from all views: redrawn once, then never
+    s->instances[6].bounds_max[1] += 100;
+    draw(s);
+    assert_int_equal(runs_of(s, "rsm:lamp/depth"), 3);
+    s->instances[6].version = 78;
+    draw(s);
+    assert_int_equal(runs_of(s, "rsm:lamp/depth"), 3);
+
+    s->lights[0].version = 99; // brightness: the small maps hold flux, the depth map does not care
+    uint64_t surface = runs_of(s, "rsm:lamp/surface");
+    draw(s);
+    assert_int_equal(runs_of(s, "rsm:lamp/depth"), 3);
+    assert_int_equal(runs_of(s, "rsm:lamp/surface"), surface + 1);
+}
+
+static void lights_add_up_and_names_may_clash(void **state)
+{
+    struct stage *s = *state;
+    add_point(s, 0.5f, 0, 0, 7);
+    draw(s);
+    float one = texel(s, "direct", 30, 30)[0];
+    s->lights[0].version++;
+    add_point(s, 0.5f, 0, 0, 7); // the same name again
+    draw(s);
+    assert_near(texel(s, "direct", 30, 30)[0], 2 * one, one * 1e-5f);
+    s->snapshot.light_count = 0;
+    ng_light_finish(&s->lights[0].source);
+    ng_light_finish(&s->lights[1].source);
+    draw(s);
+    assert_near(texel(s, "beauty", 30, 30)[0], 0, 0);
+    assert_near(texel(s, "shadow", 30, 30)[0], 1, 0);
+}
+
+static void the_display_is_the_tone_map_of_beauty(void **state)
+{
+    struct stage *s = *state;
+    const uint8_t *rgba;
+    uint32_t width, height;
+    add_point(s, 0, 0, -1.5f, 3);
+    s->snapshot.camera.exposure = 1.5f;
+    draw(s);
+    assert_int_equal(ng_renderer_display(s->renderer, &rgba, &width, &height), NG_OK);
+    assert_int_equal(width, SIZE);
+    for (uint32_t i = 0; i < SIZE * SIZE; i += 37) {
+        const float *b = texel(s, "beauty", i % SIZE, i / SIZE);
+        float x[3], peak = 0, toe = 1e30f;
+        for (int c = 0; c < 3; c++) {
+            x[c] = b[c] * 1.5f;
+            peak = fmaxf(peak, x[c]);
+            toe = fminf(toe, x[c]);
+        }
+        for (int c = 0; c < 3; c++)
+            assert_near(rgba[i * 4 + (uint32_t)c], 255 * ng_srgb_encode(ng_tonemap(x[c], peak, toe)), 1.01f);
+    }
+}
+
+// Same scene, other flags: the same bytes.
+static void pictures_do_not_depend_on_culling_or_aliasing(void **state)
+{
+    NG_UNUSED(state);
+    float *first = NULL;
+    for (int i = 0; i < 4; i++) {
+        void *p;
+        begin_with(&p, (struct ng_renderer_params){.no_culling = i & 1, .no_aliasing = i & 2});
+        struct stage *s = p;
+        const float center[3] = {0, 0, -1}, normal[3] = {0, 0, 1};
+        add_point(s, 0.2f, 0.3f, 0, 7);
+        add_quad(s, 1, center, normal, 0.25f);
+        for (int frame = 0; frame < 3; frame++)
+            draw(s);
+        const float *beauty = texel(s, "beauty", 0, 0);
+        if (!first) {
+            first = malloc(SIZE * SIZE * 12);
+            memcpy(first, beauty, SIZE * SIZE * 12);
+        } else {
+            assert_memory_equal(first, beauty, SIZE * SIZE * 12);
+        }
+        end(&p);
+    }
+    free(first);
+}
+
+static void steady_frames_create_nothing(void **state)
+{
+    struct stage *s = *state;
+    add_point(s, 0, 0, 0, 7);
+    for (int i = 0; i < 4; i++)
+        draw(s);
+    struct ng_graph *g = ng_renderer_graph(s->renderer);
+    struct ng_graph_counters before = ng_graph_counters(g);
+    struct ng_gpu_stats gpu = ng_gpu_stats(s->gpu);
+    for (int i = 0; i < 4; i++)
+        draw(s);
+    assert_int_equal(ng_graph_counters(g).objects_created, before.objects_created);
+    assert_int_equal(ng_gpu_stats(s->gpu).memory_reserved, gpu.memory_reserved);
+    assert_int_equal(ng_gpu_stats(s->gpu).bind_groups, gpu.bind_groups);
+}
+
+static void odd_sizes_work(void **state)
+{
+    struct stage *s = *state;
+    const uint32_t sizes[][2] = {{1, 1}, {17, 3}, {3, 200}};
+    add_point(s, 0, 0, 0, 7);
+    for (size_t i = 0; i < NG_COUNT(sizes); i++) {
+        s->render.width = sizes[i][0];
+        s->render.height = sizes[i][1];
+        draw(s);
+        assert_true(texel(s, "beauty", sizes[i][0] / 2, sizes[i][1] / 2)[0] > 0);
+    }
+}
+
+static void what_cannot_be_had_is_said(void **state)
+{
+    struct stage *s = *state;
+    struct ng_cmd *cmd;
+    struct ng_layer layer;
+    struct test_log log;
+    const char *const indirect[] = {"indirect"}, *const unknown[] = {"glitter"};
+    test_log_begin(&log);
+    s->render.layers = indirect;
+    s->render.layer_count = 1;
+    draw(s);
+    assert_int_equal(ng_renderer_layer(s->renderer, "indirect", &layer), NG_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(log.text, "\"raster\" does not compute it"));
+    s->render.layers = unknown;
+    assert_int_equal(ng_frame_begin(s->gpu, &cmd), NG_OK);
+    assert_int_equal(ng_renderer_frame(s->renderer, &cmd, &s->render), NG_ERROR_NOT_FOUND);
+    assert_non_null(strstr(log.text, "glitter"));
+    s->render.layer_count = 0;
+    s->render.method = "magic";
+    assert_int_equal(ng_renderer_frame(s->renderer, &cmd, &s->render), NG_ERROR_NOT_FOUND);
+    assert_non_null(strstr(log.text, "magic"));
+    assert_int_equal(ng_frame_end(s->gpu, &cmd), NG_OK);
+    s->render.method = NULL;
+    draw(s); // and the next frame is fine
+    test_log_end(&log);
+    assert_int_equal(log.errors, 3);
+}
+
+static void the_face_size_falls_with_the_budget(void **state)
+{
+    NG_UNUSED(state);
+    assert_int_equal(ng_light_maps_face_size(192 << 20, 1), 1024);
+    assert_int_equal(ng_light_maps_face_size(192 << 20, 48), 1024);
+    assert_int_equal(ng_light_maps_face_size(192 << 20, 49), 512);
+    assert_int_equal(ng_light_maps_face_size(192 << 20, 1200), 128);
+    assert_int_equal(ng_light_maps_face_size(1, 1), 64);
+}
+
+#define T(name) cmocka_unit_test_setup_teardown(name, begin, end)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        T(gbuffer_holds_the_surface_at_the_pixel_centre),
+        T(picking_names_the_entity),
+        T(motion_is_now_minus_before_in_pixels),
+        T(a_point_light_obeys_the_inverse_square_and_the_brdf),
+        T(an_occluder_casts_the_shadow_that_geometry_says),
+        T(an_area_light_has_a_penumbra),
+        T(the_rsm_reflects_the_power_of_the_light),
+        T(light_maps_are_redrawn_only_when_what_they_show_changes),
+        T(lights_add_up_and_names_may_clash),
+        T(the_display_is_the_tone_map_of_beauty),
+        cmocka_unit_test(pictures_do_not_depend_on_culling_or_aliasing),
+        T(steady_frames_create_nothing),
+        T(odd_sizes_work),
+        T(what_cannot_be_had_is_said),
+        cmocka_unit_test(the_face_size_falls_with_the_budget),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
