@@ -46,6 +46,14 @@ static void parent_matrix(const struct ng_world *world, ng_entity e, mat4 out)
     glm_mat4_identity(out);
 }
 
+static bool same_matrix(const float a[16], const float b[16])
+{
+    for (int i = 0; i < 16; i++)
+        if (a[i] != b[i])
+            return false;
+    return true;
+}
+
 static void place(struct ng_world *world, ng_entity e)
 {
     const struct ng_transform *transform = ng_world_get(world, e, NG_TRANSFORM);
@@ -56,7 +64,7 @@ static void place(struct ng_world *world, ng_entity e)
     local_matrix(transform, matrix);
     parent_matrix(world, e, parent);
     glm_mat4_mul(parent, matrix, matrix);
-    if (memcmp(matrix, placement->matrix, sizeof matrix) != 0) {
+    if (!same_matrix(matrix[0], placement->matrix)) {
         struct ng_placement *changed = ng_world_write(world, e, NG_PLACEMENT);
         memcpy(changed->matrix, matrix, sizeof matrix);
     }
@@ -169,12 +177,13 @@ static void finish(void *user)
 
 static ng_result init(struct placement_system *s, struct ng_world *world)
 {
-    static const struct ng_query_desc unplaced = {
-        .terms = {{NG_TRANSFORM, NG_TERM_WITH}, {NG_PLACEMENT, NG_TERM_WITHOUT}}, .term_count = 2};
-    static const struct ng_query_desc orphaned = {
-        .terms = {{NG_PLACEMENT, NG_TERM_WITH}, {NG_TRANSFORM, NG_TERM_WITHOUT}}, .term_count = 2};
+    static const struct ng_query_desc unplaced = {.terms = {NG_WITH(NG_TRANSFORM), NG_WITHOUT(NG_PLACEMENT)},
+                                                  .term_count = 2};
+    static const struct ng_query_desc orphaned = {.terms = {NG_WITH(NG_PLACEMENT), NG_WITHOUT(NG_TRANSFORM)},
+                                                  .term_count = 2};
     // Placements are read as well: one that somebody else wrote is put right.
-    static const struct ng_query_desc placed = {.terms = {{NG_TRANSFORM}, {NG_PLACEMENT}}, .term_count = 2};
+    static const struct ng_query_desc placed = {.terms = {NG_READ(NG_TRANSFORM), NG_READ(NG_PLACEMENT)},
+                                                .term_count = 2};
     NG_TRY(ng_query_create(world, &unplaced, &s->unplaced));
     NG_TRY(ng_query_create(world, &orphaned, &s->orphaned));
     NG_TRY(ng_query_create(world, &placed, &s->placed));

@@ -1,6 +1,6 @@
 // Queries: loops over all entities that have given components.
 //
-//     struct ng_query_desc desc = {.terms = {{NG_VELOCITY}, {NG_POSITION, NG_TERM_WRITE}}, .term_count = 2};
+//     struct ng_query_desc desc = {.terms = {NG_READ(VELOCITY), NG_WRITE(POSITION)}, .term_count = 2};
 //     NG_TRY(ng_query_create(world, &desc, &query));
 //     ng_query_each(it, query) {                          // once a chunk of at most NG_CHUNK_ROWS rows
 //         const struct velocity *v = it.columns[0];
@@ -25,7 +25,7 @@ struct ng_jobs;
 #define NG_CHUNK_ROWS      4096
 
 enum ng_term_kind {
-    NG_TERM_READ,    // has it; its changes count in ng_query_changed
+    NG_TERM_READ,    // has it; its changes count in ng_query_begin_changed
     NG_TERM_WRITE,   // has it, and the loop changes it (rows must be marked)
     NG_TERM_WITH,    // has it; no column is given
     NG_TERM_WITHOUT, // does not have it
@@ -37,6 +37,17 @@ struct ng_term {
     bool optional; // of READ and WRITE: may be missing, its column is then null
 };
 
+#define NG_TERM(component_, kind_, optional_)                                                                \
+    {                                                                                                        \
+        .component = (component_), .kind = (kind_), .optional = (optional_)                                  \
+    }
+#define NG_READ(component)           NG_TERM(component, NG_TERM_READ, false)
+#define NG_WRITE(component)          NG_TERM(component, NG_TERM_WRITE, false)
+#define NG_WITH(component)           NG_TERM(component, NG_TERM_WITH, false)
+#define NG_WITHOUT(component)        NG_TERM(component, NG_TERM_WITHOUT, false)
+#define NG_READ_OPTIONAL(component)  NG_TERM(component, NG_TERM_READ, true)
+#define NG_WRITE_OPTIONAL(component) NG_TERM(component, NG_TERM_WRITE, true)
+
 struct ng_query_desc {
     struct ng_term terms[NG_QUERY_MAX_TERMS];
     uint32_t term_count;
@@ -45,11 +56,12 @@ struct ng_query_desc {
 // One chunk of a loop. Columns and ticks are indexed by term, then by row.
 struct ng_query_iter {
     struct ng_world *world;
-    uint32_t count;                    // rows of this chunk
-    const ng_entity *entities;         // [count]
-    void *columns[NG_QUERY_MAX_TERMS]; // [count] values; null: tag, filter or missing. Do not write READ
-    const uint32_t
-        *ticks[NG_QUERY_MAX_TERMS]; // [count] when each value last changed; null as above (not tags)
+    uint32_t count; // rows of this chunk
+    // [count] of each. Null where a term wants no column or its component is missing; values also null for a
+    // tag. The values of READ terms are not to be written.
+    const ng_entity *entities;
+    void *columns[NG_QUERY_MAX_TERMS];
+    const uint32_t *ticks[NG_QUERY_MAX_TERMS]; // when each value last changed
     // The place in the loop; not the caller's business.
     struct ng_query *query;
     uint32_t *marks[NG_QUERY_MAX_TERMS], *high[NG_QUERY_MAX_TERMS];
@@ -91,7 +103,8 @@ void ng_query_mark_all(struct ng_query_iter *it, uint32_t term);
 uint64_t ng_query_count(const struct ng_query *query);
 
 // Calls `fn` once a chunk, on all workers of a pool (null: in place), and returns when all are done. `fn` may
-// read anything and write and mark rows of its own chunk; it must not change structure nor edit.
+// get any value, and write and mark rows of its own chunk; it must not change structure, edit or begin a
+// loop.
 typedef void (*ng_query_fn)(void *user, struct ng_query_iter *chunk, uint32_t worker);
 void ng_query_run_parallel(struct ng_query *query, struct ng_jobs *jobs, ng_query_fn fn, void *user);
 

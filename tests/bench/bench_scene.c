@@ -13,6 +13,7 @@
 #include <stdlib.h>
 
 #define REPETITIONS 41
+#define MIDDLE      (REPETITIONS / 2)
 #define ROWS        100000
 
 struct position {
@@ -38,10 +39,8 @@ struct bench {
 
 static ng_result bench_init(struct bench *b, uint32_t count)
 {
-    const struct ng_query_desc move = {.terms = {{.component = VELOCITY}, {POSITION, NG_TERM_WRITE, false}},
-                                       .term_count = 2};
-    const struct ng_query_desc moved = {.terms = {{.component = VELOCITY}, {.component = POSITION}},
-                                        .term_count = 2};
+    const struct ng_query_desc move = {.terms = {NG_READ(VELOCITY), NG_WRITE(POSITION)}, .term_count = 2};
+    const struct ng_query_desc moved = {.terms = {NG_READ(VELOCITY), NG_READ(POSITION)}, .term_count = 2};
     ng_component id;
     *b = (struct bench){.count = count};
     NG_TRY(ng_world_create(NULL, &b->world));
@@ -122,8 +121,8 @@ static double ratio(struct bench *b, void (*f)(struct bench *), void (*g)(struct
         }
     for (int side = 0; side < 2; side++)
         qsort(ns[side], REPETITIONS, sizeof ns[side][0], by_value);
-    uint64_t below = ns[1][REPETITIONS / 2];
-    return (double)ns[0][REPETITIONS / 2] / (double)(below ? below : 1);
+    uint64_t above = ns[0][MIDDLE], below = ns[1][MIDDLE];
+    return (double)above / (double)(below ? below : 1);
 }
 
 static ng_result run(uint32_t count)

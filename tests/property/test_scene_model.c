@@ -231,10 +231,10 @@ static void check_node(struct fuzz *f, const struct node *node)
 }
 
 static const struct ng_query_desc query_descs[4] = {
-    {.terms = {{.component = A}}, .term_count = 1},
-    {.terms = {{.component = A}, {B, NG_TERM_WITHOUT, false}}, .term_count = 2},
-    {.terms = {{.component = A}, {.component = B}, {TAG, NG_TERM_WITH, false}}, .term_count = 3},
-    {.terms = {{TAG, NG_TERM_READ, true}, {CACHE, NG_TERM_WRITE, false}}, .term_count = 2},
+    {.terms = {NG_READ(A)}, .term_count = 1},
+    {.terms = {NG_READ(A), NG_WITHOUT(B)}, .term_count = 2},
+    {.terms = {NG_READ(A), NG_READ(B), NG_WITH(TAG)}, .term_count = 3},
+    {.terms = {NG_READ_OPTIONAL(TAG), NG_WRITE(CACHE)}, .term_count = 2},
 };
 
 static bool model_matches(const struct node *node, const struct ng_query_desc *desc)

@@ -307,7 +307,7 @@ static void ticks_tell_what_changed_since(void **state)
 static void changed_loops_visit_changed_rows_only(void **state)
 {
     struct ng_world *world = *state;
-    struct ng_query_desc desc = {.terms = {{.component = POINT}}, .term_count = 1};
+    struct ng_query_desc desc = {.terms = {NG_READ(POINT)}, .term_count = 1};
     struct ng_query *query;
     ng_entity e[10000];
     for (int i = 0; i < 10000; i++)
@@ -333,7 +333,7 @@ static void changed_loops_visit_changed_rows_only(void **state)
 static void marks_after_a_stamp_are_later(void **state)
 {
     struct ng_world *world = *state;
-    struct ng_query_desc desc = {.terms = {{POINT, NG_TERM_WRITE, false}}, .term_count = 1};
+    struct ng_query_desc desc = {.terms = {NG_WRITE(POINT)}, .term_count = 1};
     struct ng_query *query;
     ng_entity e = point_at(world, 1);
     OK(ng_query_create(world, &desc, &query));
@@ -364,10 +364,10 @@ static void terms_choose_tables(void **state)
         uint64_t count;
     } cases[] = {
         {{.term_count = 0}, 5},
-        {{.terms = {{.component = POINT}}, .term_count = 1}, 4},
-        {{.terms = {{.component = POINT}, {BODY, NG_TERM_WITHOUT, false}}, .term_count = 2}, 2},
-        {{.terms = {{.component = POINT}, {BODY, NG_TERM_READ, true}}, .term_count = 2}, 4},
-        {{.terms = {{TAG, NG_TERM_WITH, false}, {BODY, NG_TERM_WRITE, false}}, .term_count = 2}, 1},
+        {{.terms = {NG_READ(POINT)}, .term_count = 1}, 4},
+        {{.terms = {NG_READ(POINT), NG_WITHOUT(BODY)}, .term_count = 2}, 2},
+        {{.terms = {NG_READ(POINT), NG_READ_OPTIONAL(BODY)}, .term_count = 2}, 4},
+        {{.terms = {NG_WITH(TAG), NG_WRITE(BODY)}, .term_count = 2}, 1},
     };
     for (size_t i = 0; i < NG_COUNT(cases); i++) {
         struct ng_query *query;
@@ -380,7 +380,7 @@ static void terms_choose_tables(void **state)
         ng_query_destroy(&query);
     }
     struct ng_query *query;
-    struct ng_query_desc unknown = {.terms = {{.component = 9}}, .term_count = 1};
+    struct ng_query_desc unknown = {.terms = {NG_READ(9)}, .term_count = 1};
     FAILS(NG_ERROR_USAGE, ng_query_create(world, &unknown, &query));
     logged("component 9 is not registered");
 }
@@ -388,8 +388,7 @@ static void terms_choose_tables(void **state)
 static void optional_columns_are_null_where_missing(void **state)
 {
     struct ng_world *world = *state;
-    struct ng_query_desc desc = {.terms = {{.component = POINT}, {BODY, NG_TERM_WRITE, true}},
-                                 .term_count = 2};
+    struct ng_query_desc desc = {.terms = {NG_READ(POINT), NG_WRITE_OPTIONAL(BODY)}, .term_count = 2};
     struct ng_query *query;
     OK(ng_query_create(world, &desc, &query)); // before its tables exist
     point_at(world, 1);
@@ -410,7 +409,7 @@ static void optional_columns_are_null_where_missing(void **state)
 static void structure_waits_for_the_loop_to_end(void **state)
 {
     struct ng_world *world = *state;
-    struct ng_query_desc desc = {.terms = {{.component = POINT}}, .term_count = 1};
+    struct ng_query_desc desc = {.terms = {NG_READ(POINT)}, .term_count = 1};
     struct ng_query *query;
     OK(ng_query_create(world, &desc, &query));
     ng_entity a = point_at(world, 1), b = point_at(world, 2), made = none;
@@ -458,7 +457,7 @@ static void square_chunk(void *user, struct ng_query_iter *it, uint32_t worker)
 static void jobs_run_every_chunk_once(void **state)
 {
     struct ng_world *world = *state;
-    struct ng_query_desc desc = {.terms = {{POINT, NG_TERM_WRITE, false}}, .term_count = 1};
+    struct ng_query_desc desc = {.terms = {NG_WRITE(POINT)}, .term_count = 1};
     struct ng_query *query;
     struct ng_jobs *jobs;
     ng_entity e[10000];
