@@ -46,8 +46,9 @@ static void parent_matrix(const struct ng_world *world, ng_entity e, mat4 out)
     glm_mat4_identity(out);
 }
 
-static bool same_matrix(const float a[16], const float b[16])
+static bool same_matrix(const void *a_, const float *b)
 {
+    const float *a = a_;
     for (int i = 0; i < 16; i++)
         if (a[i] != b[i])
             return false;
@@ -64,7 +65,7 @@ static void place(struct ng_world *world, ng_entity e)
     local_matrix(transform, matrix);
     parent_matrix(world, e, parent);
     glm_mat4_mul(parent, matrix, matrix);
-    if (!same_matrix(matrix[0], placement->matrix)) {
+    if (!same_matrix(matrix, placement->matrix)) {
         struct ng_placement *changed = ng_world_write(world, e, NG_PLACEMENT);
         memcpy(changed->matrix, matrix, sizeof matrix);
     }
