@@ -132,7 +132,7 @@ ng_result ng_gpu_recorder_set(struct ng_gpu *gpu, struct ng_gpu_recorder *r, VkD
     for (;; r->descriptors_used++) {
         bool fresh = r->descriptors_used == r->descriptors.count;
         if (fresh) {
-            VkDescriptorPool pool;
+            VkDescriptorPool pool = VK_NULL_HANDLE;
             NG_TRY(ng_gpu_descriptor_pool(gpu, false, &pool));
             if (!ng_array_push(&r->descriptors, pool)) {
                 vkDestroyDescriptorPool(gpu->device, pool, NULL);
@@ -159,7 +159,7 @@ static ng_result group_allocate(struct ng_gpu *gpu, struct ng_gpu_bind_group *gr
         if (!is_full(r))
             return ng_gpu_check(gpu, r, "allocate bind group", group->live.name);
     }
-    VkDescriptorPool pool;
+    VkDescriptorPool pool = VK_NULL_HANDLE;
     NG_TRY(ng_gpu_descriptor_pool(gpu, true, &pool));
     if (!ng_array_push(&in->group_pools, pool)) {
         vkDestroyDescriptorPool(gpu->device, pool, NULL);

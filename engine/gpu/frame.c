@@ -47,7 +47,7 @@ static void recorder_finish(struct ng_gpu *gpu, struct ng_gpu_recorder *r)
 static ng_result recorder_next(struct ng_gpu *gpu, struct ng_gpu_recorder *r)
 {
     if (r->buffers_used == r->buffers.count) {
-        VkCommandBuffer buffer;
+        VkCommandBuffer buffer = VK_NULL_HANDLE;
         VkCommandBufferAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
                                             .commandPool = r->commands,
                                             .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,

@@ -68,7 +68,7 @@ static ng_result block_allocate(struct ng_gpu *gpu, struct ng_gpu_memory_block *
         in->memory_peak = in->memory_reserved;
     if (!(in->memory.memoryTypes[block->type].propertyFlags & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT))
         return NG_OK;
-    void *mapped;
+    void *mapped = NULL;
     NG_TRY(ng_gpu_check(
         gpu, NG_GPU_CREATE(gpu, vkMapMemory(gpu->device, block->memory, 0, VK_WHOLE_SIZE, 0, &mapped)),
         "map memory of", name));

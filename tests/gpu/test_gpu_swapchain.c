@@ -6,9 +6,6 @@
 #include "gpu/swapchain.h"
 #include <GLFW/glfw3.h>
 
-VkResult glfwCreateWindowSurface(VkInstance instance, GLFWwindow *window,
-                                 const VkAllocationCallbacks *allocator, VkSurfaceKHR *surface);
-
 static void to_layout(struct ng_cmd *cmd, struct ng_gpu_image *image, VkImageLayout from, VkImageLayout to)
 {
     VkImageMemoryBarrier2 b = {.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,

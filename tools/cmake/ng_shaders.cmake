@@ -1,32 +1,37 @@
 # GLSL to SPIR-V at build, embedded: no file is read at run time.
 #
 # ng_shaders(TARGET a.vert b.frag c.comp ...)
-#   Compiles each file of the current folder and makes "a.vert.spv.h" (which defines the words ng_spv_a_vert)
-#   includable from TARGET's sources. Shaders include from engine/shaders and from their own folder
+#   Compiles each file of the current folder and makes "a.vert.spv.h" (which defines the words ng_spv_a_vert, static)
+#   includable from TARGET's sources. TARGET_spirv builds just the shaders. Shaders include from engine/shaders and from their own folder
 #   (GL_GOOGLE_include_directive); touching an included file recompiles what includes it.
 find_program(NG_GLSLANG glslangValidator REQUIRED)
 
 function(ng_shaders target)
   set(dir ${CMAKE_CURRENT_BINARY_DIR}/${target}_shaders)
-  file(MAKE_DIRECTORY ${dir})
-  set(headers)
+  set(outputs)
   foreach(shader ${ARGN})
     get_filename_component(file ${shader} NAME)
     string(MAKE_C_IDENTIFIER ng_spv_${file} symbol)
-    set(header ${dir}/${file}.spv.h)
+    set(words ${dir}/${file}.spv.inc)
+    # The header is fixed; glslang writes the words that it includes.
+    file(CONFIGURE OUTPUT ${dir}/${file}.spv.h @ONLY CONTENT
+"// ${file} as SPIR-V for Vulkan 1.3. Generated.
+#include <stdint.h>
+static const uint32_t ${symbol}[] = {
+#include \"${file}.spv.inc\"
+};
+")
     add_custom_command(
-      OUTPUT ${header}
+      OUTPUT ${words}
       COMMAND ${NG_GLSLANG} --quiet --target-env vulkan1.3 -I${CMAKE_SOURCE_DIR}/engine/shaders
-              -I${CMAKE_CURRENT_SOURCE_DIR} --depfile ${header}.d --vn ${symbol} -o ${header}
-              ${CMAKE_CURRENT_SOURCE_DIR}/${shader}
+              -I${CMAKE_CURRENT_SOURCE_DIR} --depfile ${words}.d -x -o ${words} ${CMAKE_CURRENT_SOURCE_DIR}/${shader}
       DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${shader}
-      DEPFILE ${header}.d
+      DEPFILE ${words}.d
       COMMENT "glslang ${shader}"
       VERBATIM)
-    list(APPEND headers ${header})
+    list(APPEND outputs ${words})
   endforeach()
-  # One target for all of them: a build of just the shaders is what hot reload asks for.
-  add_custom_target(${target}_spirv DEPENDS ${headers})
+  add_custom_target(${target}_spirv DEPENDS ${outputs})
   add_dependencies(${target} ${target}_spirv)
   target_include_directories(${target} PRIVATE ${dir})
 endfunction()
