@@ -43,7 +43,7 @@ NG_NODISCARD ng_result ng_refiner_create(const struct ng_cage *cage, const struc
                                          struct ng_refiner **out);
 void ng_refiner_destroy(struct ng_refiner **r);
 
-struct ng_refiner_mesh ng_refiner_mesh(const struct ng_refiner *r);
+struct ng_refiner_mesh ng_refiner_get_mesh(const struct ng_refiner *r);
 size_t ng_refiner_memory(const struct ng_refiner *r); // bytes held
 
 // One refinement of the cage's current vertices.

@@ -1,0 +1,87 @@
+// Triangles as a cage: vertices at equal positions are joined, so that seams of normals and UVs do not tear
+// the surface; the UVs become face-varying.
+#include "asset/geometry.h"
+#include "asset/refiner.h"
+#include "base/hash.h"
+#include "base/log.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// -0 equals 0, so it must hash alike.
+static uint64_t hash_position(const float *p)
+{
+    float v[3] = {p[0] + 0.0f, p[1] + 0.0f, p[2] + 0.0f};
+    return ng_hash_bytes(0, v, sizeof v);
+}
+
+static bool same_position(const float *a, const float *b)
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
+// joined[vertex] = number of its position; c->positions and c->vertex_map get one entry a position.
+static bool join_vertices(const struct ng_geometry *g, struct ng_cage *c, uint32_t *joined)
+{
+    size_t slots = 16;
+    while (slots < (size_t)g->vertex_count * 2)
+        slots *= 2;
+    uint32_t *table = calloc(slots, sizeof *table); // number of a position + 1, 0: free
+    for (uint32_t i = 0; table && i < g->vertex_count; i++) {
+        const float *p = g->positions + i * (size_t)3;
+        size_t at = (size_t)hash_position(p) & (slots - 1);
+        while (table[at] && !same_position(c->positions + (table[at] - 1) * (size_t)3, p))
+            at = (at + 1) & (slots - 1);
+        if (!table[at]) {
+            c->vertex_map[c->vertex_count] = i;
+            memcpy(c->positions + c->vertex_count * (size_t)3, p, 12);
+            table[at] = ++c->vertex_count;
+        }
+        joined[i] = table[at] - 1;
+    }
+    free(table);
+    return table != NULL;
+}
+
+// Triangles that joining has collapsed are left out.
+static void copy_faces(const struct ng_geometry *g, const uint32_t *joined, struct ng_cage *c)
+{
+    for (uint32_t t = 0; t < g->index_count; t += 3) {
+        uint32_t v[3];
+        for (uint32_t k = 0; k < 3; k++)
+            v[k] = joined[g->indices[t + k]];
+        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0])
+            continue;
+        c->face_sizes[c->face_count++] = 3;
+        for (uint32_t k = 0; k < 3; k++, c->index_count++) {
+            c->face_indices[c->index_count] = v[k];
+            memcpy(c->face_uvs + c->index_count * (size_t)2, g->uvs + g->indices[t + k] * (size_t)2, 8);
+        }
+    }
+}
+
+ng_result ng_cage_from_geometry(const struct ng_geometry *g, struct ng_cage **out)
+{
+    NG_REQUIRE(g->uvs, "the geometry must be complete (ng_geometry_complete)");
+    struct ng_cage *c = calloc(1, sizeof *c);
+    uint32_t *joined = malloc((size_t)g->vertex_count * 4 + 1);
+    bool ok = c && joined;
+    if (ok) {
+        c->positions = malloc((size_t)g->vertex_count * 12 + 1);
+        c->vertex_map = malloc((size_t)g->vertex_count * 4 + 1);
+        c->face_sizes = malloc((size_t)g->index_count * 4 + 1);
+        c->face_indices = malloc((size_t)g->index_count * 4 + 1);
+        c->face_uvs = malloc((size_t)g->index_count * 8 + 1);
+        ok = c->positions && c->vertex_map && c->face_sizes && c->face_indices && c->face_uvs &&
+             join_vertices(g, c, joined);
+    }
+    if (ok)
+        copy_faces(g, joined, c);
+    else
+        ng_log_error("out of memory for a cage of %u vertices", g->vertex_count);
+    free(joined);
+    if (!ok)
+        ng_cage_free(&c);
+    *out = c;
+    return ok ? NG_OK : NG_ERROR_MEMORY;
+}
