@@ -46,11 +46,10 @@ static void parent_matrix(const struct ng_world *world, ng_entity e, mat4 out)
     glm_mat4_identity(out);
 }
 
-static bool same_matrix(const void *a_, const float *b)
+static bool same_matrix(mat4 a, const float b[16])
 {
-    const float *a = a_;
     for (int i = 0; i < 16; i++)
-        if (a[i] != b[i])
+        if (a[i / 4][i % 4] != b[i])
             return false;
     return true;
 }
