@@ -4,9 +4,11 @@
 // from one, is called from the same thread (or under the caller's lock). One queue does graphics, compute and
 // copies.
 //
-// Needed of a driver: Vulkan 1.3 with dynamicRendering, synchronization2, timelineSemaphore,
-// bufferDeviceAddress, scalarBlockLayout, shaderOutputLayer, hostQueryReset and shaderDrawParameters. Not
-// needed: descriptor indexing, VK_KHR_push_descriptor (used where present), anisotropic filtering.
+// Needed of a driver: Vulkan 1.3 with dynamicRendering, synchronization2, maintenance4, timelineSemaphore,
+// bufferDeviceAddress, scalarBlockLayout, hostQueryReset, shaderDrawParameters and
+// fragmentStoresAndAtomics. Used where present: VK_KHR_push_descriptor, samplerAnisotropy, imageCubeArray,
+// depthClamp, independentBlend, shaderInt64, shaderStorageImageWriteWithoutFormat. Not used: descriptor
+// indexing, which lavapipe lacks.
 //
 // Failure: what the driver refuses is logged once, with the object's name, and returned: NG_ERROR_MEMORY (out
 // of host or device memory) or NG_ERROR_DEVICE (no driver, lost device, anything else). After a lost device
