@@ -245,7 +245,8 @@ static ng_result clear(struct expand *e, uint32_t resource)
     NG_TRY(open_step(e, NG_STEP_CLEAR, NG_PASS_COPY, r->name));
     NG_TRY(add_undefined_parts(e, resource));
     define(r, &e->sides[resource], &all);
-    e->sides[resource].host_behind = r->staging != NG_PLAN_NONE;
+    // Where the host is ahead it has written mip 0, and only other mips were cleared.
+    e->sides[resource].host_behind = r->staging != NG_PLAN_NONE && !e->sides[resource].gpu_behind;
     return NG_OK;
 }
 
@@ -343,13 +344,17 @@ static bool outlives_frame(enum ng_resource_kind kind)
     return kind != NG_RESOURCE_TRANSIENT && kind != NG_RESOURCE_STAGING;
 }
 
-// Content that lasts goes where the next frame, the owner or the reader looks for it.
+// Content that lasts is defined in all its parts, and goes where the next frame, the owner or the reader
+// looks for it.
 static ng_result settle(struct expand *e, uint32_t index)
 {
     const struct decl_resource *d = &e->g->resources.items[index];
     const struct ng_plan_resource *r = &e->g->plan_resources.items[index];
     struct side *side = &e->sides[index];
-    bool used = r->first_step != NG_PLAN_NONE;
+    bool used = r->first_step != NG_PLAN_NONE, clears = r->is_image ? r->image.clear : r->buffer.clear;
+    struct ng_graph_part all = whole(r);
+    if (used && clears && (outlives_frame(d->kind) || d->readback) && defined(r, side, &all) != ALL)
+        NG_TRY(clear(e, index));
     if (side->gpu_behind && outlives_frame(d->kind))
         NG_TRY(upload(e, index));
     if (d->readback && r->staging != NG_PLAN_NONE && side->host_behind && (used || d->has_content))
