@@ -3,4 +3,4 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_ARB_shader_viewport_layer_array : require
 #define NG_MASKED
-#include "depth.vert.h"
+#include "depth.vert.glsl"

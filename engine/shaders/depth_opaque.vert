@@ -2,4 +2,4 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_ARB_shader_viewport_layer_array : require
-#include "depth.vert.h"
+#include "depth.vert.glsl"

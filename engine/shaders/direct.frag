@@ -24,7 +24,7 @@ layout(location = 0) in vec2 in_ndc;
 layout(location = 0) out vec4 out_unshadowed; // added over the lights
 layout(location = 1) out vec4 out_direct;
 
-#include "light.h"
+#include "light.glsl"
 
 const int BLOCKER_SAMPLES = 12;
 const int FILTER_SAMPLES = 24;

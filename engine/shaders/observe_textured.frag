@@ -2,4 +2,4 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #define NG_TEXTURED
-#include "observe.frag.h"
+#include "observe.frag.glsl"

@@ -1,5 +1,5 @@
 // The small maps of a reflective shadow map: surfaces as the light sees them, all views in one pass.
-#include "surface.vert.h"
+#include "surface.vert.glsl"
 
 layout(set = 0, binding = 7, scalar) readonly buffer Views { ng_light_view_data views[]; };
 layout(push_constant, scalar) uniform Push { uint layer; } push;

@@ -1,4 +1,4 @@
-#include "surface.frag.h"
+#include "surface.frag.glsl"
 
 layout(set = 0, binding = 0, scalar) uniform View { ng_view_data view; };
 

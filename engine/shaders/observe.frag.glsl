@@ -1,6 +1,6 @@
 // Flux = intensity toward the texel * its exact solid angle (orthographic: irradiance * area)
 //        * (albedo + directional specular albedo), so that metals are not black.
-#include "surface.frag.h"
+#include "surface.frag.glsl"
 
 layout(set = 0, binding = 7, scalar) readonly buffer Views { ng_light_view_data views[]; };
 layout(set = 0, binding = 8, scalar) uniform Light { ng_light_data light; };

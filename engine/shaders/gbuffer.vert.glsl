@@ -1,4 +1,4 @@
-#include "surface.vert.h"
+#include "surface.vert.glsl"
 
 void main()
 {
