@@ -13,7 +13,7 @@ layout(location = 0) out vec4 out_position; // world; w: 1 where there is a surf
 layout(location = 1) out vec4 out_normal;   // towards the light
 layout(location = 2) out vec4 out_flux;     // W, reflected
 
-#include "light.h"
+#include "light.glsl"
 
 const float MAP_SIZE = 64.0;
 

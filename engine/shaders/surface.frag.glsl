@@ -1,4 +1,4 @@
-// Fragment side of surface.vert.h: a surface's material at a point, from factors and textures.
+// Fragment side of surface.vert.glsl: a surface's material at a point, from factors and textures.
 #include "shared/scene.h"
 #include "shared/brdf.h"
 
