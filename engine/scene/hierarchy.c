@@ -104,10 +104,10 @@ ng_entity ng_world_next_below(const struct ng_world *world, ng_entity top, ng_en
     const struct ng_slot *slot = find(world, e);
     if (slot->first)
         return ng_slot_entity(world, slot->first);
-    uint32_t index = ng_entity_index(e), end = ng_entity_index(top);
-    while (index != end && !ng_slot(world, index)->next)
-        index = ng_slot(world, index)->parent;
-    return index == end ? (ng_entity){0} : ng_slot_entity(world, ng_slot(world, index)->next);
+    const struct ng_slot *end = find(world, top), *root = ng_slot(world, 0);
+    while (slot != end && slot != root && !slot->next)
+        slot = ng_slot(world, slot->parent);
+    return slot == end ? (ng_entity){0} : ng_slot_entity(world, slot->next);
 }
 
 uint32_t ng_world_parent_changed_at(const struct ng_world *world, ng_entity e)

@@ -18,7 +18,7 @@
 // `label` is copied, cut to NG_TEXT_SIZE: what the menu shows after "Undo".
 NG_NODISCARD ng_result ng_world_begin(struct ng_world *world, const char *label);
 // Ends the transaction: a new undo entry, unless nothing was recorded. What had been undone can no longer be
-// redone.
+// redone. Out of memory: it stays open, and can be cancelled.
 NG_NODISCARD ng_result ng_world_commit(struct ng_world *world);
 // Ends the transaction and takes back what it recorded.
 NG_NODISCARD ng_result ng_world_cancel(struct ng_world *world);

@@ -228,11 +228,11 @@ bool ng_query_row_changed(const struct ng_query_iter *it, uint32_t row)
 
 void ng_query_mark_all(struct ng_query_iter *it, uint32_t term)
 {
-    if (!it->marks[term])
+    uint32_t *marks = it->marks[term], tick = *it->tick, count = it->count;
+    if (!marks)
         return; // optional, and missing here
-    uint32_t tick = *it->tick;
-    for (uint32_t row = 0; row < it->count; row++)
-        it->marks[term][row] = tick;
+    for (uint32_t row = 0; row < count; row++)
+        marks[row] = tick;
     *it->high[term] = tick;
 }
 

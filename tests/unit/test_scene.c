@@ -250,6 +250,9 @@ static void children_keep_their_order(void **state)
     for (int i = 0; i < 4; i++, e = ng_world_next_below(world, p, e))
         SAME(e, order[i]);
     SAME(e, none);
+    SAME(ng_world_next_below(world, none, a), none); // the last of all
+    SAME(ng_world_next_below(world, b, c), none);
+    SAME(ng_world_next_below(world, p, (ng_entity){0x9999999900ffffff}), none); // an id never given
 
     FAILS(NG_ERROR_USAGE, ng_world_set_parent(world, p, c, none));
     logged("cannot be put below itself");
