@@ -146,13 +146,10 @@ static void add_frame(struct chess *s)
     cage_finish(&c);
 }
 
-static ng_result add_board(struct chess *s)
+static void add_board(struct chess *s)
 {
-    struct bytes light = {0}, dark = {0};
-    NG_TRY(texture_wood(TEXTURE_MAPLE, &light));
-    NG_TRY(texture_wood(TEXTURE_WALNUT, &dark));
-    int light_texture = glb_texture(&s->glb, "maple", &light, GLB_REPEAT) + 1;
-    int dark_texture = glb_texture(&s->glb, "walnut", &dark, GLB_REPEAT) + 1;
+    int light_texture = glb_texture(&s->glb, "maple", texture_maple, GLB_REPEAT) + 1;
+    int dark_texture = glb_texture(&s->glb, "walnut", texture_walnut, GLB_REPEAT) + 1;
     s->wood_light = glb_add_material(&s->glb, &(struct glb_material){.name = "square-light",
                                                                      .base_color = {1, 1, 1},
                                                                      .roughness = 0.22,
@@ -171,7 +168,6 @@ static ng_result add_board(struct chess *s)
     add_squares(s, false, s->wood_light);
     add_squares(s, true, s->wood_dark);
     add_frame(s);
-    return NG_OK;
 }
 
 // ---- the pieces ----
@@ -219,7 +215,6 @@ static void add_dance(struct glb *g, int animation, int node, const struct dance
 
 static void add_pieces(struct chess *s, int animation)
 {
-    static const unsigned levels[PIECE_KINDS] = {2, 2, 2, 2, 2, 2};
     const int materials[2] = {s->ivory, s->ebony};
     int meshes[2][PIECE_KINDS];
     for (int side = 0; side < 2; side++)
@@ -228,7 +223,7 @@ static void add_pieces(struct chess *s, int animation)
             char name[32];
             piece_build((enum piece)kind, &c);
             snprintf(name, sizeof name, "%s-%s", side ? "dark" : "light", piece_name((enum piece)kind));
-            meshes[side][kind] = glb_cage_mesh(&s->glb, name, &c, materials[side], levels[kind]);
+            meshes[side][kind] = glb_cage_mesh(&s->glb, name, &c, materials[side], CHESS_PIECE_LEVEL);
             cage_finish(&c);
         }
     for (int i = 0; i < DANCERS; i++) {
@@ -320,7 +315,7 @@ ng_result chess_build(struct bytes *out)
     glb_init(&s.glb);
     add_view(&s.glb);
     add_room(&s.glb);
-    NG_TRY(add_board(&s));
+    add_board(&s);
     s.ivory = glb_add_material(
         &s.glb,
         &(struct glb_material){.name = "piece-light", .base_color = {0.86, 0.77, 0.60}, .roughness = 0.16});

@@ -4,6 +4,28 @@
 
 const struct content_file content_files[] = {
     {"chess/chess.glb", chess_build},
+    {"unit/light_point.glb", unit_light_point},
+    {"unit/light_spot.glb", unit_light_spot},
+    {"unit/light_directional.glb", unit_light_directional},
+    {"unit/light_rectangle.glb", unit_light_rectangle},
+    {"unit/light_rectangle_textured.glb", unit_light_rectangle_textured},
+    {"unit/light_disk.glb", unit_light_disk},
+    {"unit/light_sphere.glb", unit_light_sphere},
+    {"unit/light_mesh.glb", unit_light_mesh},
+    {"unit/light_environment.glb", unit_light_environment},
+    {"unit/materials.glb", unit_materials},
+    {"unit/alpha_mask.glb", unit_alpha_mask},
+    {"unit/normal_map.glb", unit_normal_map},
+    {"unit/textures.glb", unit_textures},
+    {"unit/double_sided.glb", unit_double_sided},
+    {"unit/accessors.glb", unit_accessors},
+    {"unit/interpolation.glb", unit_interpolation},
+    {"unit/animated_fields.glb", unit_animated_fields},
+    {"unit/subdivision.glb", unit_subdivision},
+    {"unit/mirrored.glb", unit_mirrored},
+    {"unit/hierarchy.glb", unit_hierarchy},
+    {"unit/character.glb", unit_character},
+    {"unit/environment.hdr", unit_environment_hdr},
     {0},
 };
 

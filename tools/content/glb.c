@@ -73,6 +73,16 @@ void glb_set_list(struct glb *g, cJSON *object, const char *key, const double *v
         cJSON_AddItemToArray(list, keep(g, cJSON_CreateNumber(six_decimals(values[i]))));
 }
 
+void glb_set_texture(struct glb *g, cJSON *object, const char *key, int texture)
+{
+    glb_set(g, member(g, object, key, cJSON_CreateObject), "texture", texture);
+}
+
+void glb_set_picture(struct glb *g, cJSON *object, const char *key, const char *uri)
+{
+    set_text(g, member(g, object, key, cJSON_CreateObject), "uri", uri);
+}
+
 static void use_extension(struct glb *g, const char *name)
 {
     cJSON *used = member(g, g->root, "extensionsUsed", cJSON_CreateArray), *item;
@@ -267,7 +277,6 @@ int glb_normalized(struct glb *g, const double *values, size_t count, unsigned w
     return index;
 }
 
-// The exact value that is stored for a double: what min and max of an accessor must be made of.
 int glb_sparse(struct glb *g, int base, const uint32_t *at, const double *values, size_t count,
                const double bounds[6])
 {
@@ -285,8 +294,6 @@ int glb_sparse(struct glb *g, int base, const uint32_t *at, const double *values
     cJSON *sparse = member(g, accessor, "sparse", cJSON_CreateObject);
     glb_set(g, sparse, "count", (double)count);
     cJSON *part = member(g, sparse, "indices", cJSON_CreateObject);
-    uint32_t scratch = 0;
-    NG_UNUSED(scratch);
     glb_set(g, part, "bufferView", add_view(g, at, count * sizeof *at));
     glb_set(g, part, "componentType", U32);
     float *data = calloc(count * 3, sizeof *data);
@@ -304,14 +311,17 @@ int glb_sparse(struct glb *g, int base, const uint32_t *at, const double *values
 
 // ---- materials ----
 
-int glb_texture(struct glb *g, const char *name, struct bytes *png, enum glb_filter wrap)
+int glb_texture(struct glb *g, const char *name, ng_result (*make)(struct bytes *png), enum glb_wrap wrap)
 {
+    struct bytes png = {0};
+    if (make(&png) != NG_OK)
+        g->failed = true;
     cJSON *image, *sampler, *texture;
     int image_index = append(g, "images", &image);
     set_text(g, image, "name", name);
     set_text(g, image, "mimeType", "image/png");
-    glb_set(g, image, "bufferView", add_view(g, png->items, png->count));
-    bytes_finish(png);
+    glb_set(g, image, "bufferView", add_view(g, png.items, png.count));
+    bytes_finish(&png);
     int sampler_index = append(g, "samplers", &sampler);
     glb_set(g, sampler, "magFilter", 9729);
     glb_set(g, sampler, "minFilter", 9987);
@@ -465,6 +475,12 @@ int glb_add_mesh(struct glb *g, const struct glb_mesh *m)
 
 int glb_cage_mesh(struct glb *g, const char *name, const struct cage *c, int material, unsigned level)
 {
+    return glb_cage_mesh_bounded(g, name, c, material, level, NULL);
+}
+
+int glb_cage_mesh_bounded(struct glb *g, const char *name, const struct cage *c, int material, unsigned level,
+                          const char *boundary)
+{
     uint32_t count = cage_triangle_count(c) * 3;
     struct vec3 *normals = calloc(c->points.count, sizeof *normals);
     uint32_t *indices = calloc(count, sizeof *indices);
@@ -482,6 +498,7 @@ int glb_cage_mesh(struct glb *g, const char *name, const struct cage *c, int mat
                                    .material = material,
                                    .cage = level ? c : NULL,
                                    .level = level,
+                                   .boundary = boundary,
                                });
     }
     free(normals);

@@ -44,10 +44,10 @@ int glb_sparse(struct glb *g, int base, const uint32_t *at, const double *values
 
 // ---- materials ----
 
-enum glb_filter { GLB_REPEAT, GLB_CLAMP };
+enum glb_wrap { GLB_REPEAT, GLB_CLAMP };
 
-// An embedded PNG as a texture with trilinear filtering. Takes the bytes.
-int glb_texture(struct glb *g, const char *name, struct bytes *png, enum glb_filter wrap);
+// The PNG that `make` writes, embedded, as a texture with trilinear filtering.
+int glb_texture(struct glb *g, const char *name, ng_result (*make)(struct bytes *png), enum glb_wrap wrap);
 
 // Zero is black, smooth, opaque, one-sided. Textures: index + 1, 0 for none.
 struct glb_material {
@@ -78,6 +78,9 @@ struct glb_mesh {
 int glb_add_mesh(struct glb *g, const struct glb_mesh *m);
 // The cage as a mesh: its triangles, with smooth normals, are the fallback. Level 0: only these.
 int glb_cage_mesh(struct glb *g, const char *name, const struct cage *c, int material, unsigned level);
+// As above, with a boundary rule (struct glb_mesh).
+int glb_cage_mesh_bounded(struct glb *g, const char *name, const struct cage *c, int material, unsigned level,
+                          const char *boundary);
 
 // ---- nodes ----
 
@@ -92,13 +95,17 @@ struct glb_node {
 };
 
 int glb_add_node(struct glb *g, const struct glb_node *n);
-// An entry for one of the engine's components in a collection ("nodes", "materials", "scenes", "animations"):
+// An entry for one of the engine's components in a collection ("nodes",
+// "materials", "scenes", "animations"):
 // fill in its fields.
 cJSON *glb_component(struct glb *g, const char *collection, int index, const char *component);
 // Sets a number, a list of numbers, or a switch of a JSON object. Null objects are ignored.
 void glb_set(struct glb *g, cJSON *object, const char *key, double value);
 void glb_set_list(struct glb *g, cJSON *object, const char *key, const double *values, int count);
 void glb_set_bool(struct glb *g, cJSON *object, const char *key, bool value);
+// An image field: a texture of this file, or a picture beside it.
+void glb_set_texture(struct glb *g, cJSON *object, const char *key, int texture);
+void glb_set_picture(struct glb *g, cJSON *object, const char *key, const char *uri);
 
 int glb_add_camera(struct glb *g, double fov_y, double near_plane);
 

@@ -12,7 +12,7 @@ static const struct {
     const char *name;
     double radius, height; // millimetres
 } sizes[PIECE_KINDS] = {
-    {"pawn", 15.0, 51.0},   {"rook", 17.5, 58.0},  {"knight", 18.0, 76.0},
+    {"pawn", 15.0, 51.0},   {"rook", 17.5, 58.0},  {"knight", 18.0, 81.5},
     {"bishop", 17.5, 84.0}, {"queen", 19.5, 98.0}, {"king", 20.5, 116.0},
 };
 
