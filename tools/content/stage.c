@@ -116,6 +116,8 @@ void stage_init(struct glb *g)
     int mesh = stage_plane(g, "floor", 8, 8, 8, stage_material(g, "floor", 0.5, 0.5, 0.5, 0.8));
     glb_add_node(
         g, &(struct glb_node){.name = "floor", .rotation = {-quarter, 0, 0, quarter}, .mesh = mesh + 1});
+    int wall = stage_plane(g, "wall", 8, 4, 4, stage_material(g, "wall", 0.6, 0.58, 0.55, 0.9));
+    stage_place(g, "wall", wall, 0, 2, -3);
 }
 
 void stage_add_light(struct glb *g)
@@ -124,7 +126,7 @@ void stage_add_light(struct glb *g)
                                                   .translation = {0, 3.5, 1.0},
                                                   .rotation = {-quarter, 0, 0, quarter}});
     cJSON *light = glb_component(g, "nodes", node, "light_rectangle");
-    glb_set(g, light, "radiance", 4.0);
+    glb_set(g, light, "radiance", 11.0);
     glb_set_list(g, light, "size", (const double[2]){2, 2}, 2);
 }
 

@@ -325,7 +325,7 @@ ng_result unit_subdivision(struct bytes *out)
     static const char *const rules[2] = {"edge_only", "edge_and_corner"};
     for (int i = 0; i < 2; i++) {
         int mesh = glb_cage_mesh_bounded(&g, rules[i], &sheet, look, 3, rules[i]);
-        stage_place(&g, rules[i], mesh, 0.8 + 0.7 * i, 0.1 + 0.5 * i, 0.8 - 0.4 * i);
+        stage_place(&g, rules[i], mesh, 0.75 + 0.95 * i, 0.1, 0.9);
     }
     cage_finish(&corner);
     cage_finish(&pyramid);
@@ -350,7 +350,7 @@ ng_result unit_mirrored(struct bytes *out)
         glb_add_node(&g, &(struct glb_node){.name = i ? "knight" : "mirrored",
                                             .translation = {side * 0.55, 0, 0},
                                             .rotation = {0, 0.5, 0, 0.866025},
-                                            .scale = {side * 18, 18, 18},
+                                            .scale = {18, 18, side * 18},
                                             .mesh = mesh + 1});
     }
     return glb_finish(&g, out);

@@ -50,7 +50,7 @@ ng_result unit_light_directional(struct bytes *out)
 static cJSON *add_area(struct glb *g, const char *component, double radiance)
 {
     int node = glb_add_node(g, &(struct glb_node){.name = component,
-                                                  .translation = {0.3, 2.4, 0.6},
+                                                  .translation = {0.3, 2.2, 0.4},
                                                   .rotation = {-quarter, 0, 0, quarter}});
     cJSON *light = glb_component(g, "nodes", node, component);
     glb_set(g, light, "radiance", radiance);
@@ -62,7 +62,7 @@ ng_result unit_light_rectangle(struct bytes *out)
     struct glb g;
     stage_init(&g);
     stage_add_props(&g);
-    glb_set_list(&g, add_area(&g, "light_rectangle", 6.0), "size", (const double[2]){1.6, 0.7}, 2);
+    glb_set_list(&g, add_area(&g, "light_rectangle", 16.0), "size", (const double[2]){1.6, 0.7}, 2);
     return glb_finish(&g, out);
 }
 
@@ -71,7 +71,7 @@ ng_result unit_light_rectangle_textured(struct bytes *out)
     struct glb g;
     stage_init(&g);
     stage_add_props(&g);
-    cJSON *light = add_area(&g, "light_rectangle", 12.0);
+    cJSON *light = add_area(&g, "light_rectangle", 30.0);
     glb_set_list(&g, light, "size", (const double[2]){1.4, 1.4}, 2);
     glb_set_texture(&g, light, "texture", glb_texture(&g, "panes", texture_panes, GLB_CLAMP));
     return glb_finish(&g, out);
@@ -82,7 +82,7 @@ ng_result unit_light_disk(struct bytes *out)
     struct glb g;
     stage_init(&g);
     stage_add_props(&g);
-    glb_set(&g, add_area(&g, "light_disk", 8.0), "radius", 0.55);
+    glb_set(&g, add_area(&g, "light_disk", 18.0), "radius", 0.55);
     return glb_finish(&g, out);
 }
 
@@ -91,7 +91,7 @@ ng_result unit_light_sphere(struct bytes *out)
     struct glb g;
     stage_init(&g);
     stage_add_props(&g);
-    glb_set(&g, add_area(&g, "light_sphere", 10.0), "radius", 0.3);
+    glb_set(&g, add_area(&g, "light_sphere", 14.0), "radius", 0.3);
     return glb_finish(&g, out);
 }
 
