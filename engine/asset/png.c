@@ -83,13 +83,17 @@ static ng_result read_image(struct reader *r, const char *name, const struct ng_
 {
     if (setjmp(png_jmpbuf(r->png)))
         return NG_ERROR_FORMAT;
-    png_read_info(r->png, r->info);
+    if (r->left < 24)
+        png_error(r->png, "the data ends too early");
+    // The size stands in a fixed place: it is checked before libpng sees anything.
+    uint32_t width = png_get_uint_32(r->data + 16), height = png_get_uint_32(r->data + 20);
     enum ng_pixel_format format = params->srgb ? NG_PIXEL_RGBA8_SRGB : NG_PIXEL_RGBA8;
-    uint32_t width = png_get_image_width(r->png, r->info), height = png_get_image_height(r->png, r->info);
     NG_TRY(ng_image_allocate(name, width, height, format, params, &r->image));
+    png_read_info(r->png, r->info);
     set_conversions(r->png, r->info);
-    if (png_get_rowbytes(r->png, r->info) != (size_t)width * 4)
-        png_error(r->png, "a row of an unexpected size");
+    if (png_get_rowbytes(r->png, r->info) != (size_t)width * 4 ||
+        png_get_image_height(r->png, r->info) != height)
+        png_error(r->png, "IHDR is not the first chunk");
     r->rows = malloc(height * sizeof *r->rows);
     if (!r->rows)
         png_error(r->png, "out of memory");

@@ -1,0 +1,460 @@
+// Files that must be refused: each with one line that says what, where and which rule, and nothing left
+// behind.
+#include "test.h"
+
+#include "asset/assets.h"
+#include "asset/gltf.h"
+#include "base/array.h"
+#include "base/file.h"
+#include "base/rng.h"
+#include "components/components.h"
+#include "scene/world.h"
+
+// Files in tests/files/bad, and a part of the message.
+static const struct {
+    const char *name, *message;
+} bad_files[] = {
+    {"malformed", "malformed JSON at byte"},
+    {"truncated", "malformed JSON at byte"},
+    {"not_json", "malformed JSON at byte"},
+    {"empty", "malformed JSON"},
+    {"array", "not a JSON object"},
+    {"no_asset", "asset"},
+    {"extension_required", "\"KHR_draco_mesh_compression\" is not supported"},
+    {"big_integer", "the integer 4294967299 is out of range"},
+    {"cycle", "is a child of node 0 and of node 2"},
+    {"cycle_alone", "is its own ancestor"},
+    {"self_parent", "is its own ancestor"},
+    {"two_parents", "node 2: is a child of node 0 and of node 1"},
+    {"child_range", "node 0: child 5 is not one of 1"},
+    {"scene_range", "scene 3 is not one of 1"},
+    {"scene_node_range", "scene: node 9 is not one of 1"},
+    {"scene_node_twice", "scene: node 0 is listed twice"},
+    {"scene_node_child", "scene: node 1 is not a root"},
+    {"zero_rotation", "node 0: rotation is zero"},
+    {"rotation_count", "rotation has 3 numbers, not 4"},
+    {"matrix_count", "matrix has 15 numbers, not 16"},
+    {"huge_translation", "node 0: translation: 1e+39 is too large"},
+    {"mesh_range", "node 0: mesh 4 is not one of 1"},
+    {"mesh_negative", "node 0: mesh -7 is not one of 1"},
+    {"camera_range", "node 0: camera 1 is not one of 0"},
+    {"camera_fov", "camera.fov_y"},
+    {"light_range", "node 0: light 2 is not one of 0"},
+    {"light_type", "light type \"laser\""},
+    {"light_color", "color has 2 numbers, not 3"},
+    {"light_cone", "innerConeAngle"},
+    {"light_negative", "light_point.intensity"},
+    {"material_range", "material 3 is not one of 1"},
+    {"material_roughness", "material 0: material.roughness"},
+    {"alpha_mode", "alphaMode \"GLASS\""},
+    {"texture_range", "material 0: texture 3 is not one of 1"},
+    {"image_range", "texture 0: image 2 is not one of 1"},
+    {"sampler_range", "texture 0: sampler 1 is not one of 0"},
+    {"sampler_wrap", "sampler 0: wrapS has no mode 7"},
+    {"image_missing", "missing.png: cannot open"},
+    {"image_escapes", "image 0: \"../good/x.png\" is not a file in the document"},
+    {"image_view_range", "bufferView \"9\" not found"},
+    {"image_not_a_picture", "not a PNG, JPEG, OpenEXR or Radiance HDR picture"},
+    {"image_truncated_png", "PNG"},
+    {"buffer_missing", "missing.bin: cannot open"},
+    {"buffer_escapes", "\"../../secret.bin\": is not a file in the document"},
+    {"buffer_encoded_escape", "is not a file in the document"},
+    {"buffer_absolute", "is not a file in the document"},
+    {"buffer_network", "is not a file in the document"},
+    {"buffer_length", "Failed to decode"},
+    {"buffer_negative_length", "byteLength"},
+    {"view_range", "buffer view 0: bytes 0 + 100 run past buffer 0 of 44 bytes"},
+    {"view_offset", "buffer view 0: bytes 4294967295 + 36 run past"},
+    {"view_buffer", "buffer view 0: buffer 7 is not one of 1"},
+    {"view_stride", "buffer view 0: stride 4 does not fit elements of 12 bytes"},
+    {"view_stride_range", "byteStride"},
+    {"accessor_view", "accessor 0: buffer view 5 is not one of 2"},
+    {"accessor_range", "POSITION: accessor 8 is not one of 2"},
+    {"accessor_count", "accessor 0: 4 elements from byte 0 run past buffer view 0 of 36 bytes"},
+    {"accessor_zero", "accessor 0: count 0"},
+    {"accessor_offset", "accessor 0: 3 elements from byte 4 run past"},
+    {"accessor_misaligned", "byte offset 1 is not a multiple"},
+    {"accessor_shape", "accessor 0: 2 components an element are not allowed for POSITION"},
+    {"accessor_component", "accessor 1: component type 5126 is not allowed for indices"},
+    {"accessor_component_unknown", "componentType"},
+    {"accessor_type_unknown", "VEC9"},
+    {"accessor_huge", "over the limit of"},
+    {"nan_position", "accessor 0: element 1 is not a finite number (POSITION)"},
+    {"infinite_position", "accessor 0: element 2 is not a finite number (POSITION)"},
+    {"index_range", "mesh 0, primitive 0: accessor 1: index 3 at 2 is not below the 3 vertices"},
+    {"index_count", "2 indices are not a multiple of 3"},
+    {"mode", "there is no mode 9"},
+    {"no_position", "mesh 0, primitive 0: has no POSITION"},
+    {"attribute_count", "2 elements where NORMAL needs 3"},
+    {"sparse_range", "accessor 0: sparse index 1 is 3: not increasing or not below 3"},
+    {"sparse_order", "accessor 0: sparse index 1 is 1: not increasing"},
+    {"sparse_count", "accessor 0: sparse count 9 is not in 1 to 3"},
+    {"sparse_zero", "sparse count 0"},
+    {"sparse_type", "sparse index type 5126"},
+    {"sparse_view", "buffer view 77"},
+    {"skin_joint_range", "skin 0: joint 0: node 7 is not one of 1"},
+    {"skin_empty", "skin 0: has no joints"},
+    {"skin_bind_count", "skin 0: 1 inverse bind matrices for 2 joints"},
+    {"skin_vertex_joint", "JOINTS_0 refers to joint 5 of skin 0, which has 1"},
+    {"skin_range", "skin 3 is not one of 1"},
+    {"skin_without_joints", "its mesh has no JOINTS_0"},
+    {"skin_no_weights", "JOINTS_0 and WEIGHTS_0 must come together"},
+    {"animation_times", "accessor 2: times are not increasing at key 1"},
+    {"animation_negative_time", "the first time -1 is negative"},
+    {"animation_nan_time", "accessor 2: element 1 is not a finite number"},
+    {"animation_count", "do not fit 2 keys of translation"},
+    {"animation_path", "there is no path \"colour\""},
+    {"animation_interpolation", "there is no interpolation \"MAGIC\""},
+    {"animation_node_range", "node 4 is not one of 1"},
+    {"animation_sampler_range", "sampler 2 is not one of 1"},
+    {"animation_zero_rotation", "the rotation of key 1 has length 0"},
+    {"animation_cubic_count", "do not fit 2 keys"},
+    {"animation_width", "3 components an element are not allowed"},
+    {"animation_field", "transform has no field \"colour\""},
+    {"animation_component", "its target has no light_point"},
+    {"animation_not_float", "is not made of floats"},
+    {"animation_value_range", "key 1 of base_color"},
+    {"component_unknown", "there is no component \"light_laser\""},
+    {"component_field", "light_sphere has no field \"brightness\""},
+    {"component_type", "light_sphere.radius: expected a number"},
+    {"component_count", "light_sphere.color: expected an array"},
+    {"component_value_range", "light_sphere.radius"},
+    {"component_choice", "expected one of \"edge_only\" \"edge_and_corner\""},
+    {"component_derived", "placement is computed"},
+    {"component_texture_range", "texture 4 is not one of 0"},
+    {"component_uri_missing", "missing.exr: cannot open"},
+    {"component_asset", "mesh.geometry: expected the standard part"},
+    {"extension_member", "NG_scene: unknown member \"lights\""},
+    {"cage_index", "cage: faceIndices: 9 at 2 is not below 3"},
+    {"cage_no_faces", "cage: has no faceSizes"},
+    {"cage_face_size", "cage: face 0 has 2 corners"},
+    {"cage_sum", "faceSizes add up to 3, but there are 4 faceIndices"},
+    {"cage_vertex_map", "cage: vertexMap: 7 at 1 is not below 3"},
+    {"cage_no_vertices", "cage: needs a vertexMap"},
+    {"cage_crease", "cage: creaseEdges: 8 at 1 is not below 3"},
+    {"cage_sharpness", "creaseSharpness: 11 at 0 is not in 0 to 10"},
+    {"cage_sharpness_count", "2 values of creaseSharpness where 1 are needed"},
+    {"cage_crease_odd", "odd number of entries"},
+    {"cage_member", "cage: unknown member \"holes\""},
+    {"cage_accessor", "accessor 99 is not one of"},
+};
+
+struct fixture {
+    struct ng_world *world;
+    struct ng_assets *assets;
+};
+
+static struct fixture begin(void)
+{
+    struct fixture f;
+    assert_int_equal(ng_world_create(NULL, &f.world), NG_OK);
+    assert_int_equal(ng_components_register(f.world), NG_OK);
+    assert_int_equal(ng_assets_create(&f.assets), NG_OK);
+    return f;
+}
+
+static void end(struct fixture *f)
+{
+    ng_assets_destroy(&f->assets);
+    ng_world_destroy(&f->world);
+}
+
+static void expect_refused(const char *path, const char *message)
+{
+    struct fixture f = begin();
+    struct ng_gltf_scene scene;
+    struct test_log log;
+    test_log_begin(&log);
+    ng_result r = ng_gltf_load(path, f.world, f.assets, NULL, &scene);
+    test_log_end(&log);
+    if (r == NG_OK)
+        fail_msg("%s: was not refused", path);
+    if (log.errors != 1)
+        fail_msg("%s: %d errors: %s", path, log.errors, log.text);
+    if (!strstr(log.text, message))
+        fail_msg("%s: \"%s\" is not in \"%s\"", path, message, log.text);
+    if (strncmp(log.text, path, strcspn(path, ".")) != 0 && !strstr(log.text, "missing."))
+        fail_msg("%s: the message does not name the file: %s", path, log.text);
+    assert_int_equal(scene.root.id, 0);
+    assert_int_equal(ng_world_entity_count(f.world), 0);
+    assert_int_equal(ng_assets_memory(f.assets), 0);
+    end(&f);
+}
+
+static void test_files(void **state)
+{
+    NG_UNUSED(state);
+    for (size_t i = 0; i < NG_COUNT(bad_files); i++) {
+        char path[256];
+        snprintf(path, sizeof path, "tests/files/bad/%s.gltf", bad_files[i].name);
+        expect_refused(path, bad_files[i].message);
+    }
+}
+
+static void test_missing_file(void **state)
+{
+    NG_UNUSED(state);
+    expect_refused("tests/files/bad/no_such_file.gltf", "cannot open");
+    expect_refused("tests/files/bad", "not a regular file");
+}
+
+// ---- files that are too large to keep ---------------------------------------------------------------------
+
+// Text that is written piece by piece and then loaded.
+struct text {
+    NG_ARRAY(char) bytes;
+};
+
+static void put(struct text *t, const char *piece)
+{
+    size_t n = strlen(piece);
+    assert_true(ng_array_reserve(&t->bytes, t->bytes.count + n));
+    memcpy(t->bytes.items + t->bytes.count, piece, n);
+    t->bytes.count += n;
+}
+
+static void put_repeated(struct text *t, const char *piece, int times)
+{
+    for (int i = 0; i < times; i++)
+        put(t, piece);
+}
+
+static void refuse_text(struct text *t, const char *name, const char *message)
+{
+    char path[512];
+    test_path(path, sizeof path, name);
+    assert_int_equal(ng_file_write(path, t->bytes.items, t->bytes.count), NG_OK);
+    expect_refused(path, message);
+    ng_array_finish(&t->bytes);
+}
+
+static void test_deep_json(void **state)
+{
+    NG_UNUSED(state);
+    struct text t = {0};
+    put(&t, "{\"asset\": {\"version\": \"2.0\", \"extras\": ");
+    put_repeated(&t, "[", 1000000);
+    put_repeated(&t, "]", 1000000);
+    put(&t, "}}");
+    refuse_text(&t, "deep.gltf", "nested deeper than 64 levels");
+}
+
+static void test_many_values(void **state)
+{
+    NG_UNUSED(state);
+    struct text t = {0};
+    put(&t, "{\"asset\": {\"version\": \"2.0\", \"extras\": [0");
+    put_repeated(&t, ",0", 4 << 20);
+    put(&t, "]}}");
+    refuse_text(&t, "values.gltf", "more than 4194304 values");
+}
+
+static void put_chain(struct text *t, int length)
+{
+    char node[64];
+    put(t, "{\"asset\": {\"version\": \"2.0\"}, \"scene\": 0, \"scenes\": [{\"nodes\": [0]}], \"nodes\": [");
+    for (int i = 1; i < length; i++) {
+        snprintf(node, sizeof node, "{\"children\": [%d]},", i);
+        put(t, node);
+    }
+    put(t, "{}");
+}
+
+static void test_deep_hierarchy(void **state)
+{
+    NG_UNUSED(state);
+    struct text t = {0};
+    put_chain(&t, 100000);
+    put(&t, "]}");
+    refuse_text(&t, "chain.gltf", "nested deeper than 1024 levels");
+}
+
+static void test_many_entities(void **state)
+{
+    NG_UNUSED(state);
+    struct text t = {0};
+    put(&t, "{\"asset\": {\"version\": \"2.0\"}, \"nodes\": [{}");
+    put_repeated(&t, ",{}", 300000);
+    put(&t, "]}");
+    refuse_text(&t, "entities.gltf", "more than the limit of 262144 entities");
+}
+
+static void test_many_joints(void **state)
+{
+    NG_UNUSED(state);
+    struct text t = {0};
+    void *good;
+    size_t size;
+    assert_int_equal(ng_file_read("tests/files/good/skin.gltf", 0, &good, &size), NG_OK);
+    char *joints = strstr(good, "\"joints\": [0");
+    assert_non_null(joints);
+    char saved = joints[12];
+    joints[12] = 0;
+    put(&t, good);
+    put_repeated(&t, ", 0", 99999);
+    joints[12] = saved;
+    put(&t, joints + 12);
+    free(good);
+    refuse_text(&t, "joints.gltf", "skin 0: 100000 joints, more than the limit of 4096");
+}
+
+static void test_gigapixel(void **state)
+{
+    NG_UNUSED(state);
+    // IHDR of 40,000 x 30,000 pixels with its checksum, and nothing after it.
+    static const unsigned char png[] = {0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00,
+                                        0x0d, 0x49, 0x48, 0x44, 0x52, 0x00, 0x00, 0x9c, 0x40, 0x00, 0x00,
+                                        0x75, 0x30, 0x08, 0x02, 0x00, 0x00, 0x00, 0x43, 0x74, 0x77, 0x57};
+    char path[512];
+    test_path(path, sizeof path, "giga.png");
+    assert_int_equal(ng_file_write(path, png, sizeof png), NG_OK);
+    struct text t = {0};
+    put(&t,
+        "{\"asset\": {\"version\": \"2.0\"}, \"nodes\": [{\"extensions\": {\"NG_scene\": {\"components\": "
+        "{\"light_rectangle\": {\"texture\": {\"uri\": \"giga.png\"}}}}}}]}");
+    test_path(path, sizeof path, "giga.gltf");
+    assert_int_equal(ng_file_write(path, t.bytes.items, t.bytes.count), NG_OK);
+    ng_array_finish(&t.bytes);
+    expect_refused(path, "40000 x 30000 pixels, more than the limit of 16384 a side");
+}
+
+// The limit of memory counts everything that a file decodes to.
+static void test_memory_limit(void **state)
+{
+    NG_UNUSED(state);
+    struct fixture f = begin();
+    struct ng_gltf_scene scene;
+    struct test_log log;
+    test_log_begin(&log);
+    ng_result r = ng_gltf_load("tests/files/good/triangle.gltf", f.world, f.assets,
+                               &(struct ng_gltf_params){.max_memory = 64}, &scene);
+    assert_int_equal(r, NG_ERROR_MEMORY);
+    r = ng_gltf_load("tests/files/good/triangle.gltf", f.world, f.assets,
+                     &(struct ng_gltf_params){.max_file_size = 64}, &scene);
+    test_log_end(&log);
+    assert_int_equal(r, NG_ERROR_MEMORY);
+    assert_int_equal(log.errors, 2);
+    end(&f);
+}
+
+// ---- GLB --------------------------------------------------------------------------------------------------
+
+struct glb {
+    unsigned char *bytes;
+    size_t size;
+};
+
+static void put_u32(unsigned char *at, size_t value)
+{
+    for (int i = 0; i < 4; i++)
+        at[i] = (unsigned char)(value >> (8 * i));
+}
+
+// A text .gltf as GLB; its buffers stay data: URIs, so the binary chunk is there but unused.
+static struct glb make_glb(const char *path)
+{
+    void *json;
+    size_t size;
+    assert_int_equal(ng_file_read(path, 0, &json, &size), NG_OK);
+    size_t padded = (size + 3) / 4 * 4;
+    struct glb g = {calloc(1, padded + 32), padded + 32};
+    memcpy(g.bytes, "glTF\2\0\0\0", 8);
+    put_u32(g.bytes + 8, g.size);
+    put_u32(g.bytes + 12, padded);
+    memcpy(g.bytes + 16, "JSON", 4);
+    memset(g.bytes + 20, ' ', padded);
+    memcpy(g.bytes + 20, json, size);
+    put_u32(g.bytes + 20 + padded, 4);
+    memcpy(g.bytes + 24 + padded, "BIN", 4);
+    free(json);
+    return g;
+}
+
+static void refuse_glb(const struct glb *g, size_t size, const char *message)
+{
+    char path[512];
+    test_path(path, sizeof path, "bad.glb");
+    assert_int_equal(ng_file_write(path, g->bytes, size), NG_OK);
+    expect_refused(path, message);
+}
+
+static void test_glb(void **state)
+{
+    NG_UNUSED(state);
+    struct glb g = make_glb("tests/files/good/triangle.gltf");
+    size_t json = g.size - 32;
+    refuse_glb(&g, 12, "shorter than its header");
+    refuse_glb(&g, g.size - 8, "truncated?");
+    put_u32(g.bytes + 4, 1);
+    refuse_glb(&g, g.size, "version 1");
+    put_u32(g.bytes + 4, 2);
+    put_u32(g.bytes + 12, g.size);
+    refuse_glb(&g, g.size, "chunk 0 is not JSON or its length");
+    put_u32(g.bytes + 12, json);
+    put_u32(g.bytes + 20 + json, 4096);
+    refuse_glb(&g, g.size, "BIN Chunk");
+    put_u32(g.bytes + 20 + json, 0xffffffff);
+    refuse_glb(&g, g.size, "BIN Chunk");
+    free(g.bytes);
+}
+
+// Loads whatever the bytes are: an error of one line, or a scene.
+static void load_anything(const struct glb *g, const char *path)
+{
+    struct fixture f = begin();
+    struct ng_gltf_scene scene;
+    struct test_log log;
+    assert_int_equal(ng_file_write(path, g->bytes, g->size), NG_OK);
+    test_log_begin(&log);
+    ng_result r =
+        ng_gltf_load(path, f.world, f.assets, &(struct ng_gltf_params){.max_memory = 1 << 24}, &scene);
+    test_log_end(&log);
+    if ((r == NG_OK) != (log.errors == 0) || log.errors > 1)
+        fail_msg("result %d with %d errors: %s", r, log.errors, log.text);
+    if (r != NG_OK)
+        assert_int_equal(ng_world_entity_count(f.world), 0);
+    end(&f);
+}
+
+// Some thousand damaged copies of files that use most features: bits flipped, digits changed, parts cut out.
+static void test_mutations(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const files[] = {"everything.gltf", "skin.gltf", "cage.gltf", "triangle.gltf"};
+    char path[512];
+    test_path(path, sizeof path, "mutation.glb");
+    for (size_t n = 0; n < NG_COUNT(files); n++) {
+        char from[256];
+        snprintf(from, sizeof from, "tests/files/good/%s", files[n]);
+        struct glb g = make_glb(from);
+        struct ng_rng rng = ng_rng_make(7, n);
+        for (int i = 0; i < 1000; i++) {
+            size_t at = i < 40 ? (size_t)i : ng_rng_below(&rng, (uint32_t)g.size);
+            unsigned char saved[8];
+            size_t length = g.size - at < sizeof saved ? g.size - at : sizeof saved;
+            memcpy(saved, g.bytes + at, length);
+            if (i % 3 == 0)
+                g.bytes[at] ^= (unsigned char)(1u << ng_rng_below(&rng, 8));
+            else if (i % 3 == 1)
+                g.bytes[at] = (unsigned char)"0123456789-.\",:{}[]AZ/"[ng_rng_below(&rng, 22)];
+            else
+                memset(g.bytes + at, i % 2 ? ' ' : '9', length);
+            load_anything(&g, path);
+            memcpy(g.bytes + at, saved, length);
+        }
+        free(g.bytes);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_files),          cmocka_unit_test(test_missing_file),
+        cmocka_unit_test(test_deep_json),      cmocka_unit_test(test_many_values),
+        cmocka_unit_test(test_deep_hierarchy), cmocka_unit_test(test_many_entities),
+        cmocka_unit_test(test_many_joints),    cmocka_unit_test(test_gigapixel),
+        cmocka_unit_test(test_memory_limit),   cmocka_unit_test(test_glb),
+        cmocka_unit_test(test_mutations),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
