@@ -12,7 +12,8 @@
 // Where a resource takes over memory, its first use waits for everything that touched the bytes before.
 #include "graph/graph_internal.h"
 
-#define HOST VK_PIPELINE_STAGE_2_HOST_BIT
+#define HOST        VK_PIPELINE_STAGE_2_HOST_BIT
+#define HOST_ACCESS (VK_ACCESS_2_HOST_READ_BIT | VK_ACCESS_2_HOST_WRITE_BIT)
 
 // Single stages, as far as the table of uses has them: the rows of `visible` below.
 static const VkPipelineStageFlags2 stage_bits[] = {
@@ -51,6 +52,7 @@ struct sync {
     struct ng_graph *g;
     struct state *states; // by plan resource
     uint32_t batch;       // the one that is open
+    uint32_t waited;      // batches below this number are done and the host knows
 };
 
 static bool visible_to(const struct state *s, const struct need *n)
@@ -148,20 +150,27 @@ static ng_result synchronise_host(struct sync *y, uint32_t resource, const struc
                                   uint32_t *wait_batch)
 {
     struct state *s = &y->states[resource];
-    bool by_gpu = s->gpu_batch != NG_PLAN_NONE;
-    if (by_gpu && s->write_stages && !visible_to(s, n)) {
+    // Both accesses are made visible, so that a later use of the other kind finds nothing left to do.
+    const struct need any = {.stages = HOST, .access = HOST_ACCESS};
+    bool unseen = s->write_stages && !visible_to(s, n);
+    if (unseen) {
         NG_TRY(add_barrier(y, &(struct ng_plan_barrier){.resource = resource,
                                                         .src_stages = s->write_stages | s->read_stages,
                                                         .src_access = s->write_access,
                                                         .dst_stages = HOST,
-                                                        .dst_access = n->access}));
-        make_visible(s, n);
+                                                        .dst_access = HOST_ACCESS}));
+        make_visible(s, &any);
         s->gpu_batch = y->batch;
     }
-    if (by_gpu && !n->final && (*wait_batch == NG_PLAN_NONE || *wait_batch < s->gpu_batch))
+    // A write that is visible has been waited for by whoever made it so; reads of the GPU may still be going
+    // on.
+    bool busy = s->gpu_batch != NG_PLAN_NONE && s->gpu_batch >= y->waited;
+    bool wait = busy && (unseen || n->write) && !n->final;
+    if (wait && (*wait_batch == NG_PLAN_NONE || *wait_batch < s->gpu_batch))
         *wait_batch = s->gpu_batch;
     if (n->write) {
         make_invisible(s);
+        make_visible(s, &any);
         s->write_stages = HOST;
         s->write_access = VK_ACCESS_2_HOST_WRITE_BIT;
         s->read_stages = 0;
@@ -229,6 +238,8 @@ static ng_result synchronise_step(struct sync *y, uint32_t index)
     for (uint32_t i = 0; i < step->use_count; i++)
         NG_TRY(synchronise_use(y, step, step->first_use + i));
     step->barrier_count = (uint32_t)g->plan_barriers.count - step->first_barrier;
+    if (step->wait_batch != NG_PLAN_NONE)
+        y->waited = step->wait_batch + 1;
     if (step->wait_batch == y->batch)
         y->batch++; // the open batch is submitted so that it can be waited for
     return NG_OK;
