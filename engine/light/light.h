@@ -44,6 +44,7 @@ struct ng_light_source {
     uint32_t triangle_count;
     const float *triangles;    // [triangle_count][3][3], counter-clockwise is the emitting side
     const float *triangle_uvs; // [triangle_count][3][2], or null
+    bool mirrored;             // clockwise is the emitting side
     float emission[3];         // material's radiance before the texture
     bool double_sided;         // emits from both sides; power counts both
     // Made by ng_light_prepare, freed by ng_light_finish. Copies of the source share them.
@@ -92,6 +93,23 @@ struct ng_light_proxy {
     float extent; // single orthographic: half width, metres
 };
 
+// The surface that an area light shows: one of three unit shapes under a matrix, or its own mesh.
+//   rectangle: the XY square of side 1 around the origin, facing -Z    disk: radius 1, the same way
+//   sphere: radius 1
+enum ng_light_shape {
+    NG_LIGHT_SHAPE_RECTANGLE,
+    NG_LIGHT_SHAPE_DISK,
+    NG_LIGHT_SHAPE_SPHERE,
+    NG_LIGHT_SHAPE_MESH,
+};
+
+struct ng_light_surface {
+    enum ng_light_shape shape;
+    float matrix[16];  // shape to world, column-major; mesh: not used
+    float albedo[3];   // mesh: its own material's
+    float radiance[3]; // before the texture; zero if the light is off
+};
+
 // One light type. The functions take any numbers; those that return false, with `out` in any state, say that
 // the light is dark there. Call them through the ng_light_* functions below, which make that zero.
 struct ng_light_type {
@@ -116,6 +134,11 @@ struct ng_light_type {
     // The same for shaders, as clamp(cosine to the proxy's direction * scale + offset, 0, 1)^2. Null: 1.
     void (*cone)(const struct ng_light_source *s, float *scale, float *offset);
     bool (*proxy)(const struct ng_light_source *s, struct ng_light_proxy *out);
+    // What can be seen of an area light; null: nothing.
+    void (*surface)(const struct ng_light_source *s, struct ng_light_surface *out);
+    // The image that the component refers to; null: none, or the mesh's emissive texture.
+    ng_asset (*image)(const struct ng_light_source *s);
+    bool emissive_mesh; // the entity's mesh is the emitter: triangles and emission have to be given
 };
 
 // All types in alphabetical order; null at the end.

@@ -23,10 +23,10 @@ struct ng_light_tables {
     float integral[3];   // the type's measure of its texture: see prepare of each type
     float moments[3][3]; // by channel: the same integral of texture times place (position or direction, in
                          // the type's own frame)
-    float normal[3]; // mesh: mean normal
-    float srgb[256]; // decoded sRGB bytes
-    uint32_t *first; // mesh: [triangle_count + 1] first cell of each triangle
-    float *weights;  // [cells], scratch of prepare
+    float normal[3];     // mesh: mean normal
+    float srgb[256];     // decoded sRGB bytes
+    uint32_t *first;     // mesh: [triangle_count + 1] first cell of each triangle
+    float *weights;      // [cells], scratch of prepare
     size_t first_capacity, weight_capacity;
 };
 

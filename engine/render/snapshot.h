@@ -35,7 +35,7 @@ enum {
     NG_INSTANCE_DOUBLE_SIDED = 1,
     NG_INSTANCE_MIRRORED = 2, // negative determinant: front faces are clockwise
     NG_INSTANCE_MASKED = 4,   // alpha mask
-    NG_INSTANCE_MOVED = 8,    // placement, geometry or material differ from the last extraction
+    NG_INSTANCE_MOVED = 8,    // its version differs from the last extraction's, or it is new
 };
 
 struct ng_snapshot_instance {
@@ -43,9 +43,10 @@ struct ng_snapshot_instance {
     uint32_t mesh, material; // indices into the snapshot
     uint32_t light;          // index of the light whose emitter this is, or NG_NONE
     uint32_t flags;
-    uint64_t version;          // changes when placement, geometry or material do: what a cached view compares
-    float matrix[12];          // 3x4 row-major, object to world; identity for dynamic meshes
-    float previous_matrix[12]; // last frame's
+    uint64_t version; // changes when placement, geometry or reflection (not emission) do: what a cached
+                      // view compares
+    float matrix[12]; // 3x4 row-major, object to world; identity for dynamic meshes
+    float previous_matrix[12];          // last frame's
     float bounds_min[3], bounds_max[3]; // world space
 };
 
@@ -92,7 +93,7 @@ struct ng_snapshot {
     struct ng_snapshot_material *materials;
     struct ng_snapshot_light *lights;
     uint32_t environment;      // index of the light that is visible behind everything, or NG_NONE
-    uint64_t geometry_version; // changes when any instance moved, appeared, vanished or changed its surface
+    uint64_t geometry_version; // changes when any instance's version does, or one appears or vanishes
 };
 
 #endif

@@ -81,6 +81,18 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     return true;
 }
 
+static void surface(const struct ng_light_source *s, struct ng_light_surface *out)
+{
+    const struct ng_light_disk *p = (const void *)s->params;
+    out->shape = NG_LIGHT_SHAPE_DISK;
+    memcpy(out->matrix, s->matrix, sizeof out->matrix);
+    ng_light_scaled(&s->matrix[0], p->radius, &out->matrix[0]);
+    ng_light_scaled(&s->matrix[4], p->radius, &out->matrix[4]);
+    memcpy(out->albedo, p->albedo, sizeof out->albedo);
+    if (!radiance(s, out->radiance))
+        memset(out->radiance, 0, sizeof out->radiance);
+}
+
 const struct ng_light_type ng_light_disk_type = {
     .name = "disk",
     .component = NG_LIGHT_DISK,
@@ -88,4 +100,5 @@ const struct ng_light_type ng_light_disk_type = {
     .sample = sample,
     .at_hit = at_hit,
     .proxy = proxy,
+    .surface = surface,
 };

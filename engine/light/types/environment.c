@@ -190,6 +190,11 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     return true;
 }
 
+static ng_asset image(const struct ng_light_source *s)
+{
+    return ((const struct ng_light_environment *)(const void *)s->params)->map;
+}
+
 const struct ng_light_type ng_light_environment_type = {
     .name = "environment",
     .component = NG_LIGHT_ENVIRONMENT,
@@ -200,4 +205,5 @@ const struct ng_light_type ng_light_environment_type = {
     .at_hit = at_hit,
     .profile = profile,
     .proxy = proxy,
+    .image = image,
 };

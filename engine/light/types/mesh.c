@@ -36,7 +36,10 @@ static float facing(const struct ng_light_source *s, uint32_t triangle, float no
     float a[3], b[3];
     ng_light_mad(corner(s, triangle, 1), corner(s, triangle, 0), -1.0f, a);
     ng_light_mad(corner(s, triangle, 2), corner(s, triangle, 0), -1.0f, b);
-    ng_light_cross(a, b, normal);
+    if (s->mirrored)
+        ng_light_cross(b, a, normal);
+    else
+        ng_light_cross(a, b, normal);
     float length = ng_light_length(normal);
     return ng_light_normalize(normal, (const float[3]){0}) ? 0.5f * length : 0;
 }
@@ -281,6 +284,13 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     return true;
 }
 
+static void surface(const struct ng_light_source *s, struct ng_light_surface *out)
+{
+    out->shape = NG_LIGHT_SHAPE_MESH;
+    if (!tint(s, out->radiance))
+        memset(out->radiance, 0, sizeof out->radiance);
+}
+
 const struct ng_light_type ng_light_mesh_type = {
     .name = "mesh",
     .component = NG_LIGHT_MESH,
@@ -289,4 +299,6 @@ const struct ng_light_type ng_light_mesh_type = {
     .sample = sample,
     .at_hit = at_hit,
     .proxy = proxy,
+    .surface = surface,
+    .emissive_mesh = true,
 };

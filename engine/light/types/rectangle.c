@@ -138,6 +138,23 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     return true;
 }
 
+static void surface(const struct ng_light_source *s, struct ng_light_surface *out)
+{
+    const struct ng_light_rectangle *p = (const void *)s->params;
+    out->shape = NG_LIGHT_SHAPE_RECTANGLE;
+    memcpy(out->matrix, s->matrix, sizeof out->matrix);
+    ng_light_scaled(&s->matrix[0], p->size[0], &out->matrix[0]);
+    ng_light_scaled(&s->matrix[4], p->size[1], &out->matrix[4]);
+    memcpy(out->albedo, p->albedo, sizeof out->albedo);
+    if (!radiance(s, out->radiance))
+        memset(out->radiance, 0, sizeof out->radiance);
+}
+
+static ng_asset image(const struct ng_light_source *s)
+{
+    return ((const struct ng_light_rectangle *)(const void *)s->params)->texture;
+}
+
 const struct ng_light_type ng_light_rectangle_type = {
     .name = "rectangle",
     .component = NG_LIGHT_RECTANGLE,
@@ -146,4 +163,6 @@ const struct ng_light_type ng_light_rectangle_type = {
     .sample = sample,
     .at_hit = at_hit,
     .proxy = proxy,
+    .surface = surface,
+    .image = image,
 };

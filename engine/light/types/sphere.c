@@ -64,6 +64,21 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     return true;
 }
 
+static void surface(const struct ng_light_source *s, struct ng_light_surface *out)
+{
+    const struct ng_light_sphere *p = (const void *)s->params;
+    float r = 0;
+    if (!radius_of(s, &r))
+        r = 0;
+    out->shape = NG_LIGHT_SHAPE_SPHERE;
+    memcpy(out->matrix, s->matrix, sizeof out->matrix);
+    for (int i = 0; i < 12; i++)
+        out->matrix[i] = i % 5 ? 0 : r;
+    memcpy(out->albedo, p->albedo, sizeof out->albedo);
+    if (!radiance(s, out->radiance))
+        memset(out->radiance, 0, sizeof out->radiance);
+}
+
 const struct ng_light_type ng_light_sphere_type = {
     .name = "sphere",
     .component = NG_LIGHT_SPHERE,
@@ -71,4 +86,5 @@ const struct ng_light_type ng_light_sphere_type = {
     .sample = sample,
     .at_hit = at_hit,
     .proxy = proxy,
+    .surface = surface,
 };

@@ -1,0 +1,314 @@
+// The steps of an extraction. What entities there are is found out from counts and high-water marks of change
+// ticks; only where these moved are lists made anew. Everything else follows single rows that changed.
+#include "render/extract.h"
+
+#include "base/hash.h"
+#include "base/log.h"
+#include "components/camera.h"
+#include "components/name.h"
+#include "components/scene_scale.h"
+#include "render/extract_internal.h"
+
+#include <cglm/cglm.h>
+#include <stdlib.h>
+#include <string.h>
+
+ng_result ng_extract_out_of_memory(void)
+{
+    ng_log_error("extraction: out of memory for the frame's scene");
+    return NG_ERROR_MEMORY;
+}
+
+bool ng_extract_warn_once(struct ng_extractor *x, ng_entity e, enum ng_extract_warning kind)
+{
+    uint64_t key = ng_hash_combine(e.id, kind) | 1;
+    if (ng_index_map_get(&x->warned, key) != UINT32_MAX)
+        return false;
+    return ng_index_map_set(&x->warned, key, 0); // out of memory: rather silent than every frame
+}
+
+ng_result ng_extractor_create(struct ng_extractor **out)
+{
+    struct ng_extractor *x = calloc(1, sizeof *x);
+    *out = x;
+    if (!x)
+        return ng_extract_out_of_memory();
+    ng_result r = ng_extract_make_builtin(x);
+    if (r != NG_OK)
+        ng_extractor_destroy(out);
+    return r;
+}
+
+void ng_extractor_destroy(struct ng_extractor **extractor)
+{
+    struct ng_extractor *x = *extractor;
+    *extractor = NULL;
+    if (!x)
+        return;
+    struct ng_query **queries[] = {&x->meshes,    &x->placed,  &x->skinned, &x->subdivided,
+                                   &x->materials, &x->cameras, &x->scales};
+    for (size_t i = 0; i < NG_COUNT(queries); i++)
+        ng_query_destroy(queries[i]);
+    for (uint32_t i = 0; i < x->light_types; i++)
+        ng_query_destroy(&x->lights[i]);
+    for (size_t i = 0; i < x->pieces.count; i++)
+        ng_extract_free_skin(&x->pieces.items[i].skin);
+    for (size_t i = 0; i < x->old_pieces.count; i++)
+        ng_extract_free_skin(&x->old_pieces.items[i].skin);
+    ng_extract_finish_lights(x);
+    ng_extract_finish_shapes(x);
+    ng_array_finish(&x->pieces);
+    ng_array_finish(&x->old_pieces);
+    ng_array_finish(&x->moved);
+    ng_array_finish(&x->skinning);
+    ng_array_finish(&x->posing);
+    ng_array_finish(&x->records);
+    ng_array_finish(&x->old_records);
+    ng_array_finish(&x->image_ids);
+    ng_array_finish(&x->mesh_array);
+    ng_array_finish(&x->instances);
+    ng_array_finish(&x->old_instances);
+    ng_array_finish(&x->images);
+    ng_array_finish(&x->material_array);
+    ng_array_finish(&x->light_array);
+    ng_index_map_finish(&x->piece_of);
+    ng_index_map_finish(&x->material_of);
+    ng_index_map_finish(&x->image_of);
+    ng_index_map_finish(&x->warned);
+    free(x);
+}
+
+// ---- what is there ---------------------------------------------------------------------------------------
+static ng_result query_of(struct ng_world *world, ng_component first, ng_component second,
+                          struct ng_query **out)
+{
+    struct ng_query_desc desc = {.terms = {{.component = first}, {.component = second}}, .term_count = 2};
+    desc.term_count -= first == second;
+    return ng_query_create(world, &desc, out);
+}
+
+static ng_result bind_world(struct ng_extractor *x, const struct ng_extract_params *p)
+{
+    NG_REQUIRE(p->world && p->assets, "ng_extract needs a world and an asset store");
+    NG_REQUIRE(!x->world || (x->world == p->world && x->assets == p->assets),
+               "an extractor belongs to one world and one asset store");
+    x->jobs = p->jobs;
+    if (x->world)
+        return NG_OK;
+    NG_TRY(query_of(p->world, NG_MESH, NG_MESH, &x->meshes));
+    NG_TRY(query_of(p->world, NG_PLACEMENT, NG_MESH, &x->placed));
+    NG_TRY(query_of(p->world, NG_SKIN, NG_MESH, &x->skinned));
+    NG_TRY(query_of(p->world, NG_SUBDIVISION, NG_MESH, &x->subdivided));
+    NG_TRY(query_of(p->world, NG_MATERIAL, NG_MATERIAL, &x->materials));
+    NG_TRY(query_of(p->world, NG_CAMERA, NG_CAMERA, &x->cameras));
+    NG_TRY(query_of(p->world, NG_SCENE_SCALE, NG_SCENE_SCALE, &x->scales));
+    for (; ng_light_types[x->light_types]; x->light_types++) {
+        ng_component component = ng_light_types[x->light_types]->component;
+        NG_TRY(query_of(p->world, component, component, &x->lights[x->light_types]));
+    }
+    x->world = p->world;
+    x->assets = p->assets;
+    return NG_OK;
+}
+
+static struct ng_extract_counts count_all(const struct ng_extractor *x)
+{
+    struct ng_extract_counts c = {.meshes = ng_query_count(x->meshes),
+                                  .placed = ng_query_count(x->placed),
+                                  .skinned = ng_query_count(x->skinned),
+                                  .subdivided = ng_query_count(x->subdivided),
+                                  .materials = ng_query_count(x->materials)};
+    for (uint32_t i = 0; i < x->light_types; i++)
+        c.lights += ng_query_count(x->lights[i]);
+    return c;
+}
+
+static bool parts_changed(const struct ng_extractor *x, const struct ng_extract_counts *now)
+{
+    const struct ng_extract_counts *was = &x->counts;
+    static const ng_component parts[] = {NG_MESH, NG_SKIN, NG_SUBDIVISION};
+    for (size_t i = 0; i < NG_COUNT(parts); i++)
+        if (ng_world_component_changed_at(x->world, parts[i]) > x->since)
+            return true;
+    return now->meshes != was->meshes || now->placed != was->placed || now->skinned != was->skinned ||
+           now->subdivided != was->subdivided;
+}
+
+// ---- scale and camera ------------------------------------------------------------------------------------
+static void read_scale(struct ng_extractor *x)
+{
+    ng_query_each (it, x->scales) {
+        const struct ng_scene_scale *scale = it.columns[0];
+        memcpy(x->snapshot.scene_center, scale->center, sizeof scale->center);
+        x->snapshot.scene_radius = scale->radius;
+        x->has_scale = true;
+        ng_query_stop(&it);
+        return;
+    }
+}
+
+// A world that does not say how large it is is as large as what was in it when first extracted.
+static void guess_scale(struct ng_extractor *x)
+{
+    float low[3] = {0}, high[3] = {0}, half[3];
+    if (x->has_scale || !x->pieces.count)
+        return;
+    for (size_t i = 0; i < x->pieces.count; i++) {
+        const struct ng_snapshot_instance *instance = &x->instances.items[i];
+        for (int k = 0; k < 3; k++) {
+            low[k] = i && low[k] < instance->bounds_min[k] ? low[k] : instance->bounds_min[k];
+            high[k] = i && high[k] > instance->bounds_max[k] ? high[k] : instance->bounds_max[k];
+        }
+    }
+    glm_vec3_center(low, high, x->snapshot.scene_center);
+    glm_vec3_sub(high, x->snapshot.scene_center, half);
+    x->snapshot.scene_radius = glm_vec3_norm(half);
+    x->has_scale = true;
+}
+
+// The camera asked for: by name, or the first; of several with one name, the one with the smallest index.
+static ng_entity find_camera(struct ng_extractor *x, const char *wanted)
+{
+    ng_entity best = {0};
+    uint32_t found = 0;
+    ng_query_each (it, x->cameras) {
+        for (uint32_t i = 0; i < it.count; i++) {
+            const struct ng_name *name = ng_world_get(x->world, it.entities[i], NG_NAME);
+            if (wanted && wanted[0] && (!name || strcmp(name->text, wanted) != 0))
+                continue;
+            if (!found++ || ng_entity_index(it.entities[i]) < ng_entity_index(best))
+                best = it.entities[i];
+        }
+    }
+    if (found > 1 && ng_extract_warn_once(x, (ng_entity){0}, NG_WARN_CAMERAS)) {
+        char name[NG_TEXT_SIZE];
+        ng_log_warn("%u cameras to choose from: '%s' (entity %u) is used; name another to change that", found,
+                    ng_extract_name(x, best, name), ng_entity_index(best));
+    }
+    return best;
+}
+
+// World to camera of a placement whose scale does not matter.
+static void view_of(const float placement[16], float view[16], float position[3])
+{
+    mat4 m;
+    memcpy(m, placement, sizeof m);
+    for (int i = 0; i < 3; i++)
+        glm_vec3_normalize(m[i]);
+    memcpy(position, m[3], 3 * sizeof(float));
+    glm_mat4_inv(m, m);
+    memcpy(view, m, sizeof m);
+}
+
+static void read_camera(struct ng_extractor *x, ng_entity e, bool still)
+{
+    struct ng_snapshot_camera *c = &x->snapshot.camera, before = *c;
+    const struct ng_camera *camera = ng_world_get(x->world, e, NG_CAMERA);
+    if (camera) {
+        view_of(ng_extract_placement(x, e), c->view, c->position);
+        c->fov_y = camera->fov_y;
+        c->near_plane = camera->near_plane;
+        c->exposure = camera->exposure;
+    } else {
+        // No camera at all: the whole sphere of the scene, seen along -Z.
+        float placement[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
+        c->fov_y = 0.7f;
+        c->near_plane = 0.01f;
+        c->exposure = 1;
+        memcpy(placement + 12, x->snapshot.scene_center, 3 * sizeof(float));
+        placement[14] += x->snapshot.scene_radius / sinf(0.5f * c->fov_y);
+        view_of(placement, c->view, c->position);
+    }
+    bool same_camera = x->frames && ng_entity_same(before.entity, e) && !still;
+    memcpy(c->previous_view, same_camera ? before.view : c->view, sizeof c->view);
+    c->entity = e;
+}
+
+// ---- the extraction --------------------------------------------------------------------------------------
+static void stop_motion(struct ng_extractor *x)
+{
+    for (size_t i = 0; i < x->moved.count; i++) {
+        struct ng_snapshot_instance *instance = &x->instances.items[x->moved.items[i]];
+        memcpy(instance->previous_matrix, instance->matrix, sizeof instance->matrix);
+        x->mesh_array.items[instance->mesh].previous_positions = NULL;
+    }
+}
+
+// After a failure half-way: the next extraction begins anew.
+static void forget(struct ng_extractor *x)
+{
+    for (size_t i = 0; i < x->pieces.count; i++)
+        ng_extract_free_skin(&x->pieces.items[i].skin);
+    for (size_t i = 0; i < x->old_pieces.count; i++)
+        ng_extract_free_skin(&x->old_pieces.items[i].skin);
+    for (size_t i = 0; i < x->slots.count; i++)
+        x->slots.items[i].instance = NG_NONE;
+    x->pieces.count = x->old_pieces.count = x->instances.count = x->old_instances.count = 0;
+    x->moved.count = x->records.count = 0;
+    ng_index_map_clear(&x->piece_of);
+    x->counts = (struct ng_extract_counts){0};
+    x->since = 0;
+    x->image_list_dirty = true;
+}
+
+static void publish(struct ng_extractor *x, double time)
+{
+    struct ng_snapshot *s = &x->snapshot;
+    s->time = time;
+    s->frame = x->frames++;
+    s->mesh_count = (uint32_t)x->mesh_array.count;
+    s->meshes = x->mesh_array.items;
+    s->instance_count = (uint32_t)x->instances.count;
+    s->instances = x->instances.items;
+    s->image_count = (uint32_t)x->images.count;
+    s->images = x->images.items;
+    s->material_count = (uint32_t)x->material_array.count;
+    s->materials = x->material_array.items;
+    s->light_count = (uint32_t)x->slots.count;
+    s->lights = x->light_array.items;
+}
+
+static ng_result update(struct ng_extractor *x)
+{
+    struct ng_extract_counts counts = count_all(x);
+    bool lights_listed, materials_listed;
+    read_scale(x);
+    NG_TRY(ng_extract_list_lights(x, counts.lights != x->counts.lights, &lights_listed));
+    NG_TRY(ng_extract_read_materials(x, counts.materials != x->counts.materials, &materials_listed));
+    if (lights_listed || materials_listed || parts_changed(x, &counts) || ng_extract_shapes_stale(x))
+        NG_TRY(ng_extract_list_pieces(x));
+    else
+        NG_TRY(ng_extract_follow_pieces(x));
+    NG_TRY(ng_extract_pose(x));
+    guess_scale(x);
+    NG_TRY(ng_extract_update_lights(x));
+    NG_TRY(ng_extract_write_materials(x));
+    x->counts = counts;
+    return NG_OK;
+}
+
+ng_result ng_extract(struct ng_extractor *x, const struct ng_extract_params *p,
+                     const struct ng_snapshot **out)
+{
+    *out = NULL;
+    NG_TRY(bind_world(x, p));
+    ng_entity camera = find_camera(x, p->camera);
+    if (ng_entity_is_null(camera) && p->camera && p->camera[0]) {
+        ng_log_error("no camera is named '%s'; `lightformer info SCENE` lists the cameras", p->camera);
+        return NG_ERROR_NOT_FOUND;
+    }
+    uint32_t now = ng_world_stamp(x->world);
+    ng_extract_settle(x);
+    ng_result r = update(x);
+    if (r != NG_OK) {
+        forget(x);
+        return r;
+    }
+    x->since = now;
+    read_camera(x, camera, p->still);
+    if (p->still)
+        stop_motion(x);
+    publish(x, p->time);
+    *out = &x->snapshot;
+    return NG_OK;
+}

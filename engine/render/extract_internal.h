@@ -1,0 +1,197 @@
+// What an extractor remembers, and the steps of an extraction in the order they run.
+#ifndef NG_RENDER_EXTRACT_INTERNAL_H
+#define NG_RENDER_EXTRACT_INTERNAL_H
+
+#include "anim/skinning.h"
+#include "asset/assets.h"
+#include "asset/refiner.h"
+#include "base/array.h"
+#include "components/components.h"
+#include "components/material.h"
+#include "render/extract.h"
+#include "render/index_map.h"
+#include "scene/query.h"
+#include "scene/world.h"
+
+// ---- shapes: triangles in object space, shared by instances ----------------------------------------------
+struct ng_shape {
+    uint64_t hash; // of what it was made from
+    ng_asset geometry;
+    const struct ng_geometry *source; // null: one of the engine's own
+    struct ng_snapshot_mesh mesh;
+    struct ng_refiner *refiner; // of subdivided shapes; else null
+    struct ng_cage *made_cage;  // where the geometry had none
+    const struct ng_cage *cage;
+    float *memory;          // vertices of refined and of the engine's own shapes
+    uint32_t *own_indices;  // of the engine's own
+    uint16_t *cage_joints;  // of skinned cages: [cage vertex_count][4]
+    float *cage_weights;    // [cage vertex_count][4]
+    uint32_t joints_needed; // 1 + the largest joint of a skinned geometry
+    uint32_t index;         // among the snapshot's meshes
+    bool used;
+};
+
+// ---- pieces: one a mesh entity, beside its instance -----------------------------------------------------
+// A mesh that follows joints: world-space vertices of its own.
+struct ng_skinned {
+    ng_asset skeleton;
+    uint32_t joint_count;
+    struct ng_joint_matrix *palette, *wanted; // last skinned, this frame's
+    float *joint_world;                       // [joint_count][16]
+    float *cage;                              // skinned control points of a subdivided mesh
+    float *positions[2], *normals, *tangents;
+    float *memory; // all of the above
+    int now;       // which positions are the current ones
+    struct ng_snapshot_mesh mesh;
+    bool posed; // skinned at least once
+};
+
+struct ng_piece {
+    ng_entity entity, material;
+    struct ng_shape *shape;
+    uint64_t shape_key;      // its mesh's key, which outlives it
+    struct ng_skinned *skin; // null: rigid
+};
+
+// ---- lights ----------------------------------------------------------------------------------------------
+enum { NG_SHAPE_BUILTIN = NG_LIGHT_SHAPE_MESH }; // how many shapes of emitters are the engine's own
+
+struct ng_light_slot {
+    ng_entity entity;
+    struct ng_light_source source;
+    ng_asset image;         // texture or map that the source was prepared with
+    const void *texels;     // its pixels
+    uint64_t version;       // of the light; 0: not prepared yet
+    uint64_t piece_version; // mesh lights: of the instance that the triangles are of
+    NG_ARRAY(float) triangles;
+    NG_ARRAY(float) uvs;
+    struct ng_material surface; // of area lights, as the snapshot shows it
+    uint32_t emitter;           // its index among the emitters' materials, or NG_NONE
+    uint32_t shape;             // which of the engine's own; NG_SHAPE_BUILTIN: none
+    uint32_t instance;          // of that shape, or NG_NONE
+    float power;
+};
+
+struct ng_material_record {
+    ng_entity entity; // null: the default material
+    struct ng_material value;
+    bool changed;
+};
+
+// Numbers that move when entities come and go, or change what they have.
+struct ng_extract_counts {
+    uint64_t meshes, placed, skinned, subdivided, materials, lights;
+};
+
+struct ng_extractor {
+    struct ng_world *world;
+    const struct ng_assets *assets;
+    struct ng_jobs *jobs;
+    uint32_t since;  // tick of the previous extraction
+    uint64_t clock;  // source of keys, revisions and versions
+    uint64_t frames; // extractions so far
+    struct ng_extract_counts counts;
+
+    struct ng_query *meshes, *placed, *skinned, *subdivided, *materials, *cameras, *scales;
+    struct ng_query *lights[32]; // in the order of ng_light_types
+    uint32_t light_types;
+
+    struct ng_shape *builtin[NG_SHAPE_BUILTIN];
+    NG_ARRAY(struct ng_shape *) shapes;
+    struct ng_index_map shape_of; // by hash
+
+    NG_ARRAY(struct ng_piece) pieces;
+    NG_ARRAY(struct ng_piece) old_pieces; // while listing
+    struct ng_index_map piece_of;         // by entity
+    NG_ARRAY(uint32_t) moved;             // instances whose flag and previous matrix are to be settled
+    NG_ARRAY(struct ng_skin_params) skinning;
+    NG_ARRAY(uint32_t) posing; // pieces that are skinned this frame
+
+    NG_ARRAY(struct ng_material_record) records; // 0: the default material
+    NG_ARRAY(struct ng_material_record) old_records;
+    struct ng_index_map material_of; // by entity: index of the record
+    bool materials_changed, image_list_dirty;
+    struct ng_index_map image_of; // by asset
+    NG_ARRAY(ng_asset) image_ids; // beside `images`
+
+    NG_ARRAY(struct ng_light_slot) slots;
+    NG_ARRAY(struct ng_light_slot) old_slots;
+    struct ng_index_map mesh_light_of; // entity of a mesh light: slot
+
+    ng_entity camera;
+    struct ng_index_map warned; // of whom, about what
+    bool has_scale;
+
+    // The snapshot's arrays.
+    NG_ARRAY(struct ng_snapshot_mesh) mesh_array;
+    NG_ARRAY(struct ng_snapshot_instance) instances;
+    NG_ARRAY(struct ng_snapshot_instance) old_instances;
+    NG_ARRAY(struct ng_snapshot_image) images;
+    NG_ARRAY(struct ng_snapshot_material) material_array;
+    NG_ARRAY(struct ng_snapshot_light) light_array;
+    struct ng_snapshot snapshot;
+};
+
+// ---- extract_shapes.c ------------------------------------------------------------------------------------
+NG_NODISCARD ng_result ng_extract_make_builtin(struct ng_extractor *x);
+// The shape of a mesh entity; null (after one warning) where its geometry is missing or cannot be refined.
+NG_NODISCARD ng_result ng_extract_shape(struct ng_extractor *x, ng_entity e, struct ng_shape **out);
+// Drops shapes that no piece used since the mark, numbers the others.
+void ng_extract_mark_shapes(struct ng_extractor *x);
+void ng_extract_sweep_shapes(struct ng_extractor *x);
+// Whether a geometry that a shape was made from is gone.
+bool ng_extract_shapes_stale(const struct ng_extractor *x);
+void ng_extract_finish_shapes(struct ng_extractor *x);
+
+// ---- extract_materials.c ---------------------------------------------------------------------------------
+// Reads material components that changed. `*listed` is set where the list of materials is another.
+NG_NODISCARD ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool *listed);
+// Index of an entity's material: 0, the default, where it has none.
+uint32_t ng_extract_material_index(const struct ng_extractor *x, ng_entity material);
+// Writes the snapshot's materials (the scene's, then the emitters') and images.
+NG_NODISCARD ng_result ng_extract_write_materials(struct ng_extractor *x);
+// True where the difference can be seen in how a surface reflects: everything but its emission.
+bool ng_extract_reflects_differently(const struct ng_material *a, const struct ng_material *b);
+
+// ---- extract_pieces.c ------------------------------------------------------------------------------------
+// Clears the marks of motion that the previous extraction set.
+void ng_extract_settle(struct ng_extractor *x);
+// Lists all mesh entities anew; pieces that stay keep their history.
+NG_NODISCARD ng_result ng_extract_list_pieces(struct ng_extractor *x);
+// Follows placements and materials that changed.
+NG_NODISCARD ng_result ng_extract_follow_pieces(struct ng_extractor *x);
+// Skins and refines what its joints moved.
+NG_NODISCARD ng_result ng_extract_pose(struct ng_extractor *x);
+// Marks an instance as changed in this extraction; `index` is its place in the snapshot.
+NG_NODISCARD ng_result ng_extract_touch(struct ng_extractor *x, uint32_t index);
+// The mesh that a piece shows.
+const struct ng_snapshot_mesh *ng_extract_piece_mesh(const struct ng_piece *piece);
+void ng_extract_free_skin(struct ng_skinned **skin);
+// 3x4 row-major from 4x4 column-major.
+void ng_extract_rows(const float matrix[16], float rows[12]);
+void ng_extract_bounds(struct ng_snapshot_instance *instance, const struct ng_snapshot_mesh *mesh);
+void ng_extract_set_mirrored(struct ng_snapshot_instance *instance, const float matrix[16]);
+// Column-major, identity where the entity has none.
+const float *ng_extract_placement(const struct ng_extractor *x, ng_entity e);
+
+// ---- extract_lights.c ------------------------------------------------------------------------------------
+// Lists the lights; `*listed` is set where they are not the previous extraction's.
+NG_NODISCARD ng_result ng_extract_list_lights(struct ng_extractor *x, bool count_changed, bool *listed);
+// Sources, powers, versions and the instances of emitters; pieces must be up to date.
+NG_NODISCARD ng_result ng_extract_update_lights(struct ng_extractor *x);
+void ng_extract_finish_lights(struct ng_extractor *x);
+// True the first time it is asked about an entity (null: the scene) and a kind of warning.
+enum ng_extract_warning {
+    NG_WARN_GEOMETRY,
+    NG_WARN_SKIN,
+    NG_WARN_EMISSION,
+    NG_WARN_SPHERE,
+    NG_WARN_ENVIRONMENTS,
+    NG_WARN_CAMERAS
+};
+bool ng_extract_warn_once(struct ng_extractor *x, ng_entity e, enum ng_extract_warning kind);
+// Name of an entity, for messages; "entity 12" if it has none.
+const char *ng_extract_name(const struct ng_extractor *x, ng_entity e, char buffer[NG_TEXT_SIZE]);
+NG_NODISCARD ng_result ng_extract_out_of_memory(void);
+
+#endif

@@ -1,0 +1,343 @@
+// Lights. The list follows the components; each light keeps its slot, and in it the importance tables, from
+// frame to frame. A source is compared with last frame's byte by byte: an unchanged light keeps its version,
+// and only a changed image, emission or emitter mesh prepares its tables again.
+#include "base/log.h"
+#include "components/name.h"
+#include "components/scene_scale.h"
+#include "render/extract_internal.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *ng_extract_name(const struct ng_extractor *x, ng_entity e, char buffer[NG_TEXT_SIZE])
+{
+    const struct ng_name *name = ng_world_get(x->world, e, NG_NAME);
+    if (name && name->text[0])
+        return name->text;
+    snprintf(buffer, NG_TEXT_SIZE, "entity %u", ng_entity_index(e));
+    return buffer;
+}
+
+// ---- listing ---------------------------------------------------------------------------------------------
+static int compare_slots(const void *a, const void *b)
+{
+    const struct ng_light_slot *x = a, *y = b;
+    uint32_t i = ng_entity_index(x->entity), k = ng_entity_index(y->entity);
+    if (i != k)
+        return i < k ? -1 : 1;
+    return (x->source.type->component > y->source.type->component) -
+           (x->source.type->component < y->source.type->component);
+}
+
+static ng_result collect_slots(struct ng_extractor *x)
+{
+    x->slots.count = 0;
+    for (uint32_t t = 0; t < x->light_types; t++)
+        ng_query_each (it, x->lights[t]) {
+            for (uint32_t i = 0; i < it.count; i++) {
+                struct ng_light_slot slot = {.entity = it.entities[i],
+                                             .source.type = ng_light_types[t],
+                                             .emitter = NG_NONE,
+                                             .shape = NG_SHAPE_BUILTIN,
+                                             .instance = NG_NONE};
+                if (!ng_array_push(&x->slots, slot)) {
+                    ng_query_stop(&it);
+                    return ng_extract_out_of_memory();
+                }
+            }
+        }
+    if (x->slots.count > 1)
+        qsort(x->slots.items, x->slots.count, sizeof x->slots.items[0], compare_slots);
+    return NG_OK;
+}
+
+static void finish_slot(struct ng_light_slot *slot)
+{
+    ng_light_finish(&slot->source);
+    ng_array_finish(&slot->triangles);
+    ng_array_finish(&slot->uvs);
+}
+
+// Slots of lights that stay move over whole; both lists are sorted. True if the lists name the same lights.
+static bool carry_slots(struct ng_extractor *x)
+{
+    size_t k = 0, carried = 0;
+    for (size_t i = 0; i < x->slots.count; i++) {
+        while (k < x->old_slots.count && compare_slots(&x->old_slots.items[k], &x->slots.items[i]) < 0)
+            finish_slot(&x->old_slots.items[k++]);
+        if (k == x->old_slots.count)
+            break;
+        if (ng_entity_same(x->old_slots.items[k].entity, x->slots.items[i].entity) &&
+            x->old_slots.items[k].source.type == x->slots.items[i].source.type) {
+            x->slots.items[i] = x->old_slots.items[k++];
+            carried++;
+        }
+    }
+    for (; k < x->old_slots.count; k++)
+        finish_slot(&x->old_slots.items[k]);
+    bool same = carried == x->slots.count && carried == x->old_slots.count;
+    x->old_slots.count = 0;
+    return same;
+}
+
+// Numbers emitters, and remembers which meshes are lights.
+static ng_result number_emitters(struct ng_extractor *x)
+{
+    uint32_t emitters = 0;
+    ng_index_map_clear(&x->mesh_light_of);
+    for (uint32_t i = 0; i < x->slots.count; i++) {
+        struct ng_light_slot *slot = &x->slots.items[i];
+        if (!slot->source.type->surface)
+            continue;
+        struct ng_light_surface surface = {0};
+        slot->source.type->surface(&slot->source, &surface);
+        slot->shape = surface.shape;
+        slot->emitter = emitters++;
+        if (slot->source.type->emissive_mesh && !ng_index_map_set(&x->mesh_light_of, slot->entity.id, i))
+            return ng_extract_out_of_memory();
+    }
+    return NG_OK;
+}
+
+static bool components_changed(const struct ng_extractor *x)
+{
+    for (uint32_t t = 0; t < x->light_types; t++)
+        if (ng_world_component_changed_at(x->world, ng_light_types[t]->component) > x->since)
+            return true;
+    return false;
+}
+
+ng_result ng_extract_list_lights(struct ng_extractor *x, bool count_changed, bool *listed)
+{
+    *listed = false;
+    if (!count_changed && !components_changed(x))
+        return NG_OK;
+    struct ng_light_slot *items = x->slots.items;
+    size_t count = x->slots.count, capacity = x->slots.capacity;
+    x->slots.items = x->old_slots.items;
+    x->slots.capacity = x->old_slots.capacity;
+    x->old_slots.items = items;
+    x->old_slots.count = count;
+    x->old_slots.capacity = capacity;
+    NG_TRY(collect_slots(x));
+    *listed = !carry_slots(x);
+    x->image_list_dirty |= *listed;
+    if (!ng_array_resize(&x->light_array, x->slots.count))
+        return ng_extract_out_of_memory();
+    return *listed ? number_emitters(x) : NG_OK;
+}
+
+// ---- sources ---------------------------------------------------------------------------------------------
+static struct ng_light_image light_image(const struct ng_image *image)
+{
+    static const enum ng_light_texel formats[] = {[NG_PIXEL_RGBA8] = NG_LIGHT_TEXEL_UNORM8,
+                                                  [NG_PIXEL_RGBA8_SRGB] = NG_LIGHT_TEXEL_SRGB8,
+                                                  [NG_PIXEL_RGBA32F] = NG_LIGHT_TEXEL_FLOAT32};
+    if (!image)
+        return (struct ng_light_image){0};
+    return (struct ng_light_image){.width = image->width,
+                                   .height = image->height,
+                                   .format = formats[image->format],
+                                   .repeat_u = image->repeat_u,
+                                   .repeat_v = image->repeat_v,
+                                   .pixels = image->pixels};
+}
+
+static void to_world(const float rows[12], const float p[3], float out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = rows[i * 4] * p[0] + rows[i * 4 + 1] * p[1] + rows[i * 4 + 2] * p[2] + rows[i * 4 + 3];
+}
+
+// The emitter's triangles in world space.
+static ng_result read_triangles(struct ng_light_slot *slot, const struct ng_snapshot_instance *instance,
+                                const struct ng_snapshot_mesh *mesh)
+{
+    if (!ng_array_resize(&slot->triangles, (size_t)mesh->index_count * 3) ||
+        !ng_array_resize(&slot->uvs, (size_t)mesh->index_count * 2))
+        return ng_extract_out_of_memory();
+    for (size_t i = 0; i < mesh->index_count; i++) {
+        size_t vertex = mesh->indices[i];
+        to_world(instance->matrix, mesh->positions + vertex * 3, slot->triangles.items + i * 3);
+        memcpy(slot->uvs.items + i * 2, mesh->uvs + vertex * 2, 2 * sizeof(float));
+    }
+    slot->source.triangle_count = mesh->index_count / 3;
+    slot->source.triangles = slot->triangles.items;
+    slot->source.triangle_uvs = slot->uvs.items;
+    slot->source.mirrored = (instance->flags & NG_INSTANCE_MIRRORED) != 0;
+    return NG_OK;
+}
+
+// Mesh lights: emission and triangles of the entity's mesh. `*prepare` is set where the tables are out of
+// date.
+static ng_result read_emitter(struct ng_extractor *x, struct ng_light_slot *slot, ng_asset *image,
+                              bool *prepare)
+{
+    struct ng_light_source *s = &slot->source;
+    uint32_t index = ng_index_map_get(&x->piece_of, slot->entity.id);
+    if (index == UINT32_MAX) {
+        *prepare |= s->triangle_count > 0;
+        s->triangle_count = 0;
+        slot->piece_version = 0;
+        return NG_OK;
+    }
+    const struct ng_piece *piece = &x->pieces.items[index];
+    const struct ng_snapshot_instance *instance = &x->instances.items[index];
+    const struct ng_material *m = &x->records.items[ng_extract_material_index(x, piece->material)].value;
+    for (int i = 0; i < 3; i++)
+        s->emission[i] = m->emissive[i] * m->emissive_strength;
+    *prepare |= s->double_sided != m->double_sided;
+    s->double_sided = m->double_sided;
+    *image = m->emissive_texture;
+    slot->surface = *m;
+    if (slot->piece_version == instance->version)
+        return NG_OK;
+    slot->piece_version = instance->version;
+    *prepare = true;
+    return read_triangles(slot, instance, ng_extract_piece_mesh(piece));
+}
+
+static void warn_scale(struct ng_extractor *x, const struct ng_light_slot *slot)
+{
+    char name[NG_TEXT_SIZE];
+    float shortest = INFINITY, longest = 0;
+    if (slot->shape != NG_LIGHT_SHAPE_SPHERE)
+        return;
+    for (int i = 0; i < 3; i++) {
+        const float *axis = &slot->source.matrix[4 * i];
+        float length = sqrtf(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+        shortest = fminf(shortest, length);
+        longest = fmaxf(longest, length);
+    }
+    if (longest > shortest * 1.001f && ng_extract_warn_once(x, slot->entity, NG_WARN_SPHERE))
+        ng_log_warn("sphere light '%s' has a scale that is not uniform: its largest axis counts",
+                    ng_extract_name(x, slot->entity, name));
+}
+
+// What an area light shows: the light's radiance on its material.
+static ng_result show_surface(struct ng_extractor *x, struct ng_light_slot *slot)
+{
+    const struct ng_light_type *type = slot->source.type;
+    if (!type->surface)
+        return NG_OK;
+    struct ng_light_surface surface = {0};
+    struct ng_material before = slot->surface;
+    type->surface(&slot->source, &surface);
+    if (slot->shape != NG_SHAPE_BUILTIN) {
+        slot->surface = (struct ng_material){.roughness = 1,
+                                             .normal_scale = 1,
+                                             .alpha = 1,
+                                             .alpha_cutoff = 0.5f,
+                                             .emissive_texture = slot->image};
+        memcpy(slot->surface.base_color, surface.albedo, sizeof surface.albedo);
+    }
+    memcpy(slot->surface.emissive, surface.radiance, sizeof surface.radiance);
+    slot->surface.emissive_strength = 1;
+    x->image_list_dirty = true;
+    if (slot->shape == NG_SHAPE_BUILTIN)
+        return NG_OK;
+
+    struct ng_snapshot_instance *instance = &x->instances.items[slot->instance];
+    float rows[12];
+    ng_extract_rows(surface.matrix, rows);
+    bool moved = memcmp(rows, instance->matrix, sizeof rows) != 0;
+    memcpy(instance->matrix, rows, sizeof rows);
+    if (!slot->version)
+        memcpy(instance->previous_matrix, rows, sizeof rows); // new: it has not moved
+    ng_extract_bounds(instance, &x->builtin[slot->shape]->mesh);
+    ng_extract_set_mirrored(instance, surface.matrix);
+    return moved || ng_extract_reflects_differently(&before, &slot->surface)
+               ? ng_extract_touch(x, slot->instance)
+               : NG_OK;
+}
+
+// Brings a light's source up to date; `*changed` is set where anything about the light is different.
+static ng_result update_source(struct ng_extractor *x, struct ng_light_slot *slot, bool *changed)
+{
+    struct ng_light_source *s = &slot->source, before = *s;
+    ng_component component = s->type->component;
+    uint32_t size = ng_world_component(x->world, component)->size;
+    bool prepare = slot->version == 0;
+    memcpy(s->params, ng_world_get(x->world, slot->entity, component), size);
+    memcpy(s->matrix, ng_extract_placement(x, slot->entity), sizeof s->matrix);
+    memcpy(s->scene_center, x->snapshot.scene_center, sizeof s->scene_center);
+    s->scene_radius = x->snapshot.scene_radius;
+
+    ng_asset image = s->type->image ? s->type->image(s) : (ng_asset){0};
+    if (s->type->emissive_mesh)
+        NG_TRY(read_emitter(x, slot, &image, &prepare));
+    const struct ng_image *texels = image.id ? ng_assets_image(x->assets, image) : NULL;
+    if (image.id != slot->image.id || (texels ? texels->pixels : NULL) != slot->texels) {
+        slot->image = image;
+        slot->texels = texels ? texels->pixels : NULL;
+        s->image = light_image(texels);
+        prepare = true;
+    }
+    *changed = prepare || memcmp(s->params, before.params, sizeof s->params) ||
+               memcmp(s->matrix, before.matrix, sizeof s->matrix) ||
+               memcmp(s->emission, before.emission, sizeof s->emission) ||
+               memcmp(s->scene_center, before.scene_center, sizeof s->scene_center) ||
+               s->scene_radius != before.scene_radius;
+    return prepare ? ng_light_prepare(s) : NG_OK;
+}
+
+static ng_result update_slot(struct ng_extractor *x, uint32_t index)
+{
+    struct ng_light_slot *slot = &x->slots.items[index];
+    struct ng_snapshot_light *out = &x->light_array.items[index];
+    char name[NG_TEXT_SIZE];
+    bool changed;
+    NG_TRY(update_source(x, slot, &changed));
+    if (changed) {
+        slot->power = ng_light_power(&slot->source);
+        NG_TRY(show_surface(x, slot));
+        slot->version = ++x->clock;
+        warn_scale(x, slot);
+    }
+    uint32_t image = out->image; // written with the images
+    *out = (struct ng_snapshot_light){.entity = slot->entity,
+                                      .source = slot->source,
+                                      .image = image,
+                                      .power = slot->power,
+                                      .version = slot->version};
+    snprintf(out->name, sizeof out->name, "%s", ng_extract_name(x, slot->entity, name));
+    return NG_OK;
+}
+
+static void choose_environment(struct ng_extractor *x)
+{
+    uint32_t found = 0;
+    x->snapshot.environment = NG_NONE;
+    for (uint32_t i = 0; i < x->slots.count; i++) {
+        const struct ng_light_slot *slot = &x->slots.items[i];
+        if (!slot->source.type->infinite || slot->source.type->delta || !(slot->power > 0))
+            continue;
+        x->snapshot.environment = found++ ? x->snapshot.environment : i;
+    }
+    if (found > 1 && ng_extract_warn_once(x, (ng_entity){0}, NG_WARN_ENVIRONMENTS)) {
+        char name[NG_TEXT_SIZE];
+        ng_log_warn("%u environments are on: all give light, only '%s' is seen behind the scene", found,
+                    ng_extract_name(x, x->slots.items[x->snapshot.environment].entity, name));
+    }
+}
+
+ng_result ng_extract_update_lights(struct ng_extractor *x)
+{
+    for (uint32_t i = 0; i < x->slots.count; i++)
+        NG_TRY(update_slot(x, i));
+    choose_environment(x);
+    return NG_OK;
+}
+
+void ng_extract_finish_lights(struct ng_extractor *x)
+{
+    for (size_t i = 0; i < x->slots.count; i++)
+        finish_slot(&x->slots.items[i]);
+    for (size_t i = 0; i < x->old_slots.count; i++)
+        finish_slot(&x->old_slots.items[i]);
+    ng_array_finish(&x->slots);
+    ng_array_finish(&x->old_slots);
+    ng_index_map_finish(&x->mesh_light_of);
+}

@@ -1,0 +1,164 @@
+// Materials and images. Record 0 is the default material, then the scene's in the order of their entities; in
+// the snapshot those of emitters follow. Images are listed as materials and lights ask for them.
+#include "base/log.h"
+#include "render/extract_internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// glTF 2.0, 3.9: what a primitive without a material looks like.
+static const struct ng_material default_material = {.base_color = {1, 1, 1},
+                                                    .metallic = 1,
+                                                    .roughness = 1,
+                                                    .normal_scale = 1,
+                                                    .alpha = 1,
+                                                    .alpha_cutoff = 0.5f};
+
+static int compare_records(const void *a, const void *b)
+{
+    uint32_t x = ng_entity_index(((const struct ng_material_record *)a)->entity);
+    uint32_t y = ng_entity_index(((const struct ng_material_record *)b)->entity);
+    return (x > y) - (x < y);
+}
+
+static ng_result collect_records(struct ng_extractor *x)
+{
+    x->records.count = 0;
+    if (!ng_array_push(&x->records, (struct ng_material_record){.value = default_material}))
+        return ng_extract_out_of_memory();
+    ng_query_each (it, x->materials) {
+        const struct ng_material *values = it.columns[0];
+        for (uint32_t i = 0; i < it.count; i++)
+            if (!ng_array_push(&x->records, (struct ng_material_record){it.entities[i], values[i], false})) {
+                ng_query_stop(&it);
+                return ng_extract_out_of_memory();
+            }
+    }
+    qsort(x->records.items + 1, x->records.count - 1, sizeof x->records.items[0], compare_records);
+    return NG_OK;
+}
+
+static void swap_records(struct ng_extractor *x)
+{
+    struct ng_material_record *items = x->records.items;
+    size_t count = x->records.count, capacity = x->records.capacity;
+    x->records.items = x->old_records.items;
+    x->records.count = x->old_records.count;
+    x->records.capacity = x->old_records.capacity;
+    x->old_records.items = items;
+    x->old_records.count = count;
+    x->old_records.capacity = capacity;
+}
+
+ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool *listed)
+{
+    x->materials_changed = false;
+    *listed = false;
+    bool same = ng_world_component_changed_at(x->world, NG_MATERIAL) <= x->since && !count_changed;
+    if (same && x->records.count)
+        return NG_OK;
+    swap_records(x);
+    NG_TRY(collect_records(x));
+    *listed = x->records.count != x->old_records.count;
+    for (size_t i = 0; i < x->records.count; i++) {
+        struct ng_material_record *now = &x->records.items[i];
+        const struct ng_material_record *old = i < x->old_records.count ? &x->old_records.items[i] : NULL;
+        bool known = old && ng_entity_same(old->entity, now->entity);
+        *listed |= !known;
+        now->changed = known && ng_extract_reflects_differently(&old->value, &now->value);
+        x->materials_changed |= now->changed;
+    }
+    if (*listed) {
+        ng_index_map_clear(&x->material_of);
+        for (size_t i = 1; i < x->records.count; i++)
+            if (!ng_index_map_set(&x->material_of, x->records.items[i].entity.id, (uint32_t)i))
+                return ng_extract_out_of_memory();
+    }
+    x->image_list_dirty = true;
+    return NG_OK;
+}
+
+uint32_t ng_extract_material_index(const struct ng_extractor *x, ng_entity material)
+{
+    uint32_t index = ng_entity_is_null(material) ? 0 : ng_index_map_get(&x->material_of, material.id);
+    return index == UINT32_MAX ? 0 : index;
+}
+
+bool ng_extract_reflects_differently(const struct ng_material *a, const struct ng_material *b)
+{
+    // Field by field: padding has no value.
+    return memcmp(a->base_color, b->base_color, sizeof a->base_color) || a->metallic != b->metallic ||
+           a->roughness != b->roughness || a->normal_scale != b->normal_scale || a->alpha != b->alpha ||
+           a->alpha_cutoff != b->alpha_cutoff || a->alpha_mask != b->alpha_mask ||
+           a->double_sided != b->double_sided || a->base_color_texture.id != b->base_color_texture.id ||
+           a->metallic_roughness_texture.id != b->metallic_roughness_texture.id ||
+           a->normal_texture.id != b->normal_texture.id;
+}
+
+// ---- the snapshot's arrays -------------------------------------------------------------------------------
+static ng_result image_index(struct ng_extractor *x, ng_asset id, uint32_t *out)
+{
+    const struct ng_image *image = id.id ? ng_assets_image(x->assets, id) : NULL;
+    *out = NG_NONE;
+    if (!image)
+        return NG_OK;
+    *out = ng_index_map_get(&x->image_of, id.id);
+    if (*out != UINT32_MAX)
+        return NG_OK;
+    *out = (uint32_t)x->images.count;
+    bool ok = ng_array_push(&x->images, (struct ng_snapshot_image){.key = id.id, .image = image}) &&
+              ng_array_push(&x->image_ids, id) && ng_index_map_set(&x->image_of, id.id, *out);
+    return ok ? NG_OK : ng_extract_out_of_memory();
+}
+
+static ng_result write_material(struct ng_extractor *x, ng_entity e, const struct ng_material *m)
+{
+    struct ng_snapshot_material out = {
+        .entity = e,
+        .metallic = m->metallic,
+        .roughness = m->roughness,
+        .normal_scale = m->normal_scale,
+        .alpha = m->alpha,
+        .alpha_cutoff = m->alpha_cutoff,
+        .double_sided = m->double_sided,
+        .alpha_mask = m->alpha_mask,
+    };
+    for (int i = 0; i < 3; i++) {
+        out.base_color[i] = m->base_color[i];
+        out.emission[i] = m->emissive[i] * m->emissive_strength;
+    }
+    NG_TRY(image_index(x, m->base_color_texture, &out.base_color_image));
+    NG_TRY(image_index(x, m->metallic_roughness_texture, &out.metallic_roughness_image));
+    NG_TRY(image_index(x, m->normal_texture, &out.normal_image));
+    NG_TRY(image_index(x, m->emissive_texture, &out.emissive_image));
+    return ng_array_push(&x->material_array, out) ? NG_OK : ng_extract_out_of_memory();
+}
+
+static bool images_stale(const struct ng_extractor *x)
+{
+    for (size_t i = 0; i < x->images.count; i++)
+        if (ng_assets_image(x->assets, x->image_ids.items[i]) != x->images.items[i].image)
+            return true;
+    return false;
+}
+
+ng_result ng_extract_write_materials(struct ng_extractor *x)
+{
+    if (!x->image_list_dirty && !images_stale(x))
+        return NG_OK;
+    x->image_list_dirty = false;
+    x->images.count = x->image_ids.count = x->material_array.count = 0;
+    ng_index_map_clear(&x->image_of);
+    for (size_t i = 0; i < x->records.count; i++)
+        NG_TRY(write_material(x, x->records.items[i].entity, &x->records.items[i].value));
+    for (size_t i = 0; i < x->slots.count; i++) {
+        const struct ng_light_slot *slot = &x->slots.items[i];
+        if (slot->emitter != NG_NONE)
+            NG_TRY(write_material(x, slot->entity, &slot->surface));
+        struct ng_snapshot_light *light = &x->light_array.items[i];
+        light->image = NG_NONE;
+        if (slot->source.type->infinite)
+            NG_TRY(image_index(x, slot->image, &light->image));
+    }
+    return NG_OK;
+}

@@ -1,0 +1,341 @@
+// Shapes: what instances share. A geometry as it is (its arrays are borrowed from the asset store), a
+// geometry refined to a subdivision level (made once for all instances that are not skinned), and three of
+// the engine's own: the visible surfaces of rectangle, disk and sphere lights.
+#include "asset/geometry.h"
+#include "base/hash.h"
+#include "base/log.h"
+#include "components/mesh.h"
+#include "components/skin.h"
+#include "components/subdivision.h"
+#include "render/extract_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void free_shape(struct ng_shape **shape)
+{
+    struct ng_shape *s = *shape;
+    *shape = NULL;
+    if (!s)
+        return;
+    ng_refiner_destroy(&s->refiner);
+    ng_cage_free(&s->made_cage);
+    free(s->memory);
+    free(s->own_indices);
+    free(s->cage_joints);
+    free(s->cage_weights);
+    free(s);
+}
+
+static void find_bounds(struct ng_snapshot_mesh *m)
+{
+    for (int i = 0; i < 3; i++) {
+        m->bounds_min[i] = m->vertex_count ? INFINITY : 0;
+        m->bounds_max[i] = m->vertex_count ? -INFINITY : 0;
+    }
+    for (size_t v = 0; v < m->vertex_count; v++)
+        for (int i = 0; i < 3; i++) {
+            float p = m->positions[v * 3 + (size_t)i];
+            m->bounds_min[i] = p < m->bounds_min[i] ? p : m->bounds_min[i];
+            m->bounds_max[i] = p > m->bounds_max[i] ? p : m->bounds_max[i];
+        }
+}
+
+// ---- the engine's own ------------------------------------------------------------------------------------
+// Vertices of a shape in one block: positions, normals, tangents, UVs.
+static struct ng_shape *allocate_shape(uint32_t vertices, uint32_t indices)
+{
+    struct ng_shape *s = calloc(1, sizeof *s);
+    if (!s)
+        return NULL;
+    s->memory = calloc((size_t)vertices * 12, sizeof(float));
+    s->own_indices = calloc(indices ? indices : 1, sizeof *s->own_indices);
+    if (!s->memory || !s->own_indices) {
+        free_shape(&s);
+        return NULL;
+    }
+    size_t n = vertices;
+    s->mesh = (struct ng_snapshot_mesh){.vertex_count = vertices,
+                                        .index_count = indices,
+                                        .positions = s->memory,
+                                        .normals = s->memory + n * 3,
+                                        .tangents = s->memory + n * 6,
+                                        .uvs = s->memory + n * 10,
+                                        .indices = s->own_indices};
+    return s;
+}
+
+// Flat shapes face -Z, and their picture is upright for one whom they face (light/types/rectangle.c).
+static void set_flat_vertex(struct ng_shape *s, size_t i, float x, float y)
+{
+    size_t n = s->mesh.vertex_count;
+    float *at = s->memory;
+    at[i * 3] = x;
+    at[i * 3 + 1] = y;
+    at[n * 3 + i * 3 + 2] = -1;
+    at[n * 6 + i * 4] = -1; // u grows along -X
+    at[n * 6 + i * 4 + 3] = 1;
+    at[n * 10 + i * 2] = 0.5f - x;
+    at[n * 10 + i * 2 + 1] = 0.5f - y;
+}
+
+static struct ng_shape *make_rectangle(void)
+{
+    static const uint32_t indices[6] = {0, 2, 1, 1, 2, 3};
+    struct ng_shape *s = allocate_shape(4, 6);
+    if (!s)
+        return NULL;
+    for (uint32_t i = 0; i < 4; i++)
+        set_flat_vertex(s, i, i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f);
+    memcpy(s->own_indices, indices, sizeof indices);
+    return s;
+}
+
+static struct ng_shape *make_disk(void)
+{
+    enum { EDGES = 64 };
+    struct ng_shape *s = allocate_shape(EDGES + 1, EDGES * 3);
+    if (!s)
+        return NULL;
+    set_flat_vertex(s, EDGES, 0, 0);
+    for (uint32_t i = 0; i < EDGES; i++) {
+        float angle = 2 * NG_PI * (float)i / EDGES;
+        set_flat_vertex(s, i, cosf(angle), sinf(angle));
+        s->own_indices[i * 3] = EDGES;
+        s->own_indices[i * 3 + 1] = (i + 1) % EDGES;
+        s->own_indices[i * 3 + 2] = i;
+    }
+    return s;
+}
+
+static struct ng_shape *make_sphere(void)
+{
+    enum { AROUND = 48, DOWN = 24, ROW = AROUND + 1 };
+    struct ng_shape *s = allocate_shape(ROW * (DOWN + 1), AROUND * DOWN * 6);
+    if (!s)
+        return NULL;
+    size_t n = s->mesh.vertex_count, index = 0;
+    for (uint32_t j = 0; j <= DOWN; j++)
+        for (uint32_t i = 0; i <= AROUND; i++) {
+            size_t v = (size_t)j * ROW + i;
+            float phi = 2 * NG_PI * (float)i / AROUND, theta = NG_PI * (float)j / DOWN;
+            float p[3] = {sinf(theta) * cosf(phi), cosf(theta), -sinf(theta) * sinf(phi)};
+            float *tangent = s->memory + n * 6 + v * 4;
+            memcpy(s->memory + v * 3, p, sizeof p);
+            memcpy(s->memory + n * 3 + v * 3, p, sizeof p);
+            tangent[0] = -sinf(phi);
+            tangent[2] = -cosf(phi);
+            tangent[3] = 1;
+            s->memory[n * 10 + v * 2] = (float)i / AROUND;
+            s->memory[n * 10 + v * 2 + 1] = (float)j / DOWN;
+        }
+    for (uint32_t j = 0; j < DOWN; j++)
+        for (uint32_t i = 0; i < AROUND; i++) {
+            uint32_t a = j * ROW + i, below = a + ROW;
+            const uint32_t quad[6] = {a, below, a + 1, a + 1, below, below + 1};
+            memcpy(s->own_indices + index, quad, sizeof quad);
+            index += 6;
+        }
+    return s;
+}
+
+ng_result ng_extract_make_builtin(struct ng_extractor *x)
+{
+    struct ng_shape *(*const make[NG_SHAPE_BUILTIN])(void) = {[NG_LIGHT_SHAPE_RECTANGLE] = make_rectangle,
+                                                              [NG_LIGHT_SHAPE_DISK] = make_disk,
+                                                              [NG_LIGHT_SHAPE_SPHERE] = make_sphere};
+    for (uint32_t i = 0; i < NG_SHAPE_BUILTIN; i++) {
+        x->builtin[i] = make[i]();
+        if (!x->builtin[i])
+            return ng_extract_out_of_memory();
+        find_bounds(&x->builtin[i]->mesh);
+        x->builtin[i]->mesh.key = ++x->clock;
+    }
+    return NG_OK;
+}
+
+// ---- of geometries ---------------------------------------------------------------------------------------
+static void borrow_geometry(struct ng_shape *s)
+{
+    const struct ng_geometry *g = s->source;
+    s->mesh.vertex_count = g->vertex_count;
+    s->mesh.index_count = g->index_count;
+    s->mesh.positions = g->positions;
+    s->mesh.normals = g->normals;
+    s->mesh.tangents = g->tangents;
+    s->mesh.uvs = g->uvs;
+    s->mesh.indices = g->indices;
+    memcpy(s->mesh.bounds_min, g->bounds_min, sizeof g->bounds_min);
+    memcpy(s->mesh.bounds_max, g->bounds_max, sizeof g->bounds_max);
+}
+
+// Joints and weights of a cage's vertices, through its vertex map.
+static ng_result map_cage_joints(struct ng_shape *s)
+{
+    const struct ng_geometry *g = s->source;
+    if (!g->joints || !g->weights || !s->cage->vertex_map)
+        return NG_OK;
+    size_t n = s->cage->vertex_count;
+    s->cage_joints = calloc(n, 4 * sizeof *s->cage_joints);
+    s->cage_weights = calloc(n, 4 * sizeof *s->cage_weights);
+    if (!s->cage_joints || !s->cage_weights)
+        return ng_extract_out_of_memory();
+    for (size_t i = 0; i < n; i++) {
+        size_t from = s->cage->vertex_map[i];
+        if (from >= g->vertex_count)
+            continue;
+        memcpy(s->cage_joints + i * 4, g->joints + from * 4, 4 * sizeof *g->joints);
+        memcpy(s->cage_weights + i * 4, g->weights + from * 4, 4 * sizeof *g->weights);
+    }
+    return NG_OK;
+}
+
+static ng_result refine(struct ng_extractor *x, struct ng_shape *s, const struct ng_subdivision *subdivision)
+{
+    s->cage = s->source->cage;
+    if (!s->cage) {
+        NG_TRY(ng_cage_from_geometry(s->source, &s->made_cage));
+        s->cage = s->made_cage;
+    }
+    NG_TRY(ng_refiner_create(s->cage,
+                             &(struct ng_refiner_params){.name = ng_assets_name(x->assets, s->geometry),
+                                                         .level = subdivision->level,
+                                                         .boundary = subdivision->boundary},
+                             &s->refiner));
+    struct ng_refiner_mesh refined = ng_refiner_get_mesh(s->refiner);
+    size_t n = refined.vertex_count;
+    s->memory = calloc(n ? n : 1, 10 * sizeof(float));
+    if (!s->memory)
+        return ng_extract_out_of_memory();
+    struct ng_refiner_vertices vertices = {.cage = s->cage->positions,
+                                           .positions = s->memory,
+                                           .normals = s->memory + n * 3,
+                                           .tangents = s->memory + n * 6};
+    ng_refiner_apply(s->refiner, x->jobs, &vertices);
+    s->mesh.vertex_count = refined.vertex_count;
+    s->mesh.index_count = refined.index_count;
+    s->mesh.positions = vertices.positions;
+    s->mesh.normals = vertices.normals;
+    s->mesh.tangents = vertices.tangents;
+    s->mesh.uvs = refined.uvs;
+    s->mesh.indices = refined.indices;
+    find_bounds(&s->mesh);
+    return map_cage_joints(s);
+}
+
+static uint32_t joints_needed(const struct ng_geometry *g)
+{
+    uint32_t needed = 0;
+    for (size_t i = 0; g->joints && i < (size_t)g->vertex_count * 4; i++)
+        needed = g->joints[i] >= needed ? g->joints[i] + 1u : needed;
+    return needed;
+}
+
+static ng_result make_shape(struct ng_extractor *x, ng_asset geometry,
+                            const struct ng_subdivision *subdivision, uint64_t hash, struct ng_shape **out)
+{
+    struct ng_shape *s = calloc(1, sizeof *s);
+    if (!s)
+        return ng_extract_out_of_memory();
+    s->hash = hash;
+    s->geometry = geometry;
+    s->source = ng_assets_geometry(x->assets, geometry);
+    s->joints_needed = joints_needed(s->source);
+    ng_result r = NG_OK;
+    if (subdivision)
+        r = refine(x, s, subdivision);
+    if (!subdivision || (r != NG_OK && r != NG_ERROR_MEMORY)) {
+        // A cage that cannot be refined (logged there) is shown by its triangles.
+        r = NG_OK;
+        ng_refiner_destroy(&s->refiner);
+        borrow_geometry(s);
+    }
+    s->mesh.key = ++x->clock;
+    if (r == NG_OK && (!ng_array_push(&x->shapes, s) ||
+                       !ng_index_map_set(&x->shape_of, hash, (uint32_t)x->shapes.count - 1)))
+        r = ng_extract_out_of_memory();
+    if (r != NG_OK) {
+        if (x->shapes.count && x->shapes.items[x->shapes.count - 1] == s)
+            x->shapes.count--;
+        free_shape(&s);
+    }
+    *out = s;
+    return r;
+}
+
+ng_result ng_extract_shape(struct ng_extractor *x, ng_entity e, struct ng_shape **out)
+{
+    const struct ng_mesh *mesh = ng_world_get(x->world, e, NG_MESH);
+    const struct ng_subdivision *subdivision = ng_world_get(x->world, e, NG_SUBDIVISION);
+    *out = NULL;
+    if (!mesh || !ng_assets_geometry(x->assets, mesh->geometry)) {
+        char name[NG_TEXT_SIZE];
+        if (ng_extract_warn_once(x, e, NG_WARN_GEOMETRY))
+            ng_log_warn("mesh '%s' is not shown: its geometry is missing", ng_extract_name(x, e, name));
+        return NG_OK;
+    }
+    uint64_t hash = ng_hash_combine(1, mesh->geometry.id);
+    if (subdivision)
+        hash = ng_hash_combine(hash, (uint64_t)subdivision->level << 32 | subdivision->boundary);
+    hash |= 1; // never 0
+    uint32_t index = ng_index_map_get(&x->shape_of, hash);
+    if (index != UINT32_MAX)
+        *out = x->shapes.items[index];
+    else
+        NG_TRY(make_shape(x, mesh->geometry, subdivision, hash, out));
+    (*out)->used = true;
+    return NG_OK;
+}
+
+void ng_extract_mark_shapes(struct ng_extractor *x)
+{
+    size_t kept = 0;
+    ng_index_map_clear(&x->shape_of);
+    for (size_t i = 0; i < x->shapes.count; i++) {
+        struct ng_shape *s = x->shapes.items[i];
+        s->used = false;
+        // A shape whose geometry is gone must not be found again; the old pieces that show it go as well.
+        if (ng_assets_geometry(x->assets, s->geometry) != s->source) {
+            free_shape(&s);
+            continue;
+        }
+        x->shapes.items[kept] = s;
+        (void)ng_index_map_set(&x->shape_of, s->hash, (uint32_t)kept++); // does not grow: it held as many
+    }
+    x->shapes.count = kept;
+}
+
+void ng_extract_sweep_shapes(struct ng_extractor *x)
+{
+    size_t kept = 0;
+    ng_index_map_clear(&x->shape_of);
+    for (size_t i = 0; i < x->shapes.count; i++) {
+        struct ng_shape *s = x->shapes.items[i];
+        if (!s->used) {
+            free_shape(&s);
+            continue;
+        }
+        x->shapes.items[kept] = s;
+        (void)ng_index_map_set(&x->shape_of, s->hash, (uint32_t)kept++);
+    }
+    x->shapes.count = kept;
+}
+
+bool ng_extract_shapes_stale(const struct ng_extractor *x)
+{
+    for (size_t i = 0; i < x->shapes.count; i++)
+        if (ng_assets_geometry(x->assets, x->shapes.items[i]->geometry) != x->shapes.items[i]->source)
+            return true;
+    return false;
+}
+
+void ng_extract_finish_shapes(struct ng_extractor *x)
+{
+    for (size_t i = 0; i < x->shapes.count; i++)
+        free_shape(&x->shapes.items[i]);
+    for (uint32_t i = 0; i < NG_SHAPE_BUILTIN; i++)
+        free_shape(&x->builtin[i]);
+    ng_array_finish(&x->shapes);
+    ng_index_map_finish(&x->shape_of);
+}
