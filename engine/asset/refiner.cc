@@ -234,8 +234,8 @@ std::unique_ptr<Far::TopologyRefiner> make_topology(const ng_cage *c, const ng_r
 
 // A source of PrimvarRefiner::Limit: the stencil of a vertex of the last level.
 struct StencilSource {
-    const Far::StencilTable *table;
-    Far::Stencil operator[](int i) const
+    const Far::StencilTableReal<float> *table;
+    Far::StencilReal<float> operator[](int i) const
     {
         return table->GetStencil(i);
     }
@@ -270,7 +270,7 @@ struct RowBuilder {
             rows->offsets.push_back((uint32_t)rows->items.size());
         open = false;
     }
-    void add(const Far::Stencil &stencil, float w, float Weights::*part)
+    void add(const Far::StencilReal<float> &stencil, float w, float Weights::*part)
     {
         const float *stencil_weights = stencil.GetWeights();
         const Far::Index *sources = stencil.GetVertexIndices();
@@ -301,7 +301,7 @@ struct Part {
         builder->finish_row();
         builder->open = true;
     }
-    void AddWithWeight(const Far::Stencil &stencil, float w)
+    void AddWithWeight(const Far::StencilReal<float> &stencil, float w)
     {
         builder->add(stencil, w, part);
     }
@@ -309,9 +309,10 @@ struct Part {
 
 void make_rows(const Far::TopologyRefiner &topology, ng_refiner *r, size_t cage_vertices)
 {
-    Far::StencilTableFactory::Options options;
+    Far::StencilTableFactoryReal<float>::Options options;
     options.generateIntermediateLevels = false;
-    std::unique_ptr<const Far::StencilTable> table(Far::StencilTableFactory::Create(topology, options));
+    std::unique_ptr<const Far::StencilTableReal<float>> table(
+        Far::StencilTableFactoryReal<float>::Create(topology, options));
     RowBuilder builder(r, cage_vertices);
     StencilSource source{table.get()};
     Part position{&builder, &Weights::position}, u{&builder, &Weights::u}, v{&builder, &Weights::v};
