@@ -1,7 +1,11 @@
 // content/: what is committed is what tools/content makes, and what it makes is sound.
 #include "test.h"
 
+#include "asset/assets.h"
+#include "asset/gltf.h"
 #include "base/file.h"
+#include "components/components.h"
+#include "scene/world.h"
 #include "tools/content/choreography.h"
 #include "tools/content/content.h"
 #include "tools/content/pieces.h"
@@ -38,6 +42,33 @@ static void files_are_small(void **state)
     }
     assert_in_range(chess, 1, 4u << 20);
     assert_in_range(units, 1, 2u << 20);
+}
+
+static void scenes_load_without_a_word(void **state)
+{
+    NG_UNUSED(state);
+    for (const struct content_file *f = content_files; f->path; f++) {
+        if (strcmp(ng_path_extension(f->path), "glb") != 0)
+            continue;
+        char path[256];
+        snprintf(path, sizeof path, "content/%s", f->path);
+        struct ng_world *world = NULL;
+        struct ng_assets *assets = NULL;
+        struct ng_gltf_scene scene;
+        struct test_log log;
+        assert_int_equal(ng_world_create(NULL, &world), NG_OK);
+        assert_int_equal(ng_components_register(world), NG_OK);
+        assert_int_equal(ng_assets_create(&assets), NG_OK);
+        test_log_begin(&log);
+        ng_result result = ng_gltf_load(path, world, assets, NULL, &scene);
+        test_log_end(&log);
+        if (result != NG_OK || log.warnings)
+            fail_msg("%s: %s", path, log.text);
+        assert_false(ng_entity_is_null(scene.camera));
+        assert_true(scene.primitive_count > 0 && scene.light_count > 0);
+        ng_assets_destroy(&assets);
+        ng_world_destroy(&world);
+    }
 }
 
 // ---- cages ----
@@ -240,6 +271,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(committed_files_are_what_the_tool_makes),
         cmocka_unit_test(files_are_small),
+        cmocka_unit_test(scenes_load_without_a_word),
         cmocka_unit_test(pieces_are_closed_and_face_outwards),
         cmocka_unit_test(pieces_have_their_stated_size),
         cmocka_unit_test(chess_has_triangles_enough_to_measure),

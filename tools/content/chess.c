@@ -163,6 +163,7 @@ static void add_board(struct chess *s)
         &(struct glb_material){.name = "frame", .base_color = {0.075, 0.034, 0.018}, .roughness = 0.2});
     s->board = glb_add_node(&s->glb,
                             &(struct glb_node){.name = "board",
+                                               .translation = {0.03, 0, 0},
                                                .rotation = {0, sin(0.5 * (BOARD_TURN - 0.5 * CONTENT_PI)), 0,
                                                             cos(0.5 * (BOARD_TURN - 0.5 * CONTENT_PI))}});
     add_squares(s, false, s->wood_light);
@@ -288,10 +289,10 @@ static void add_lights(struct chess *s, int animation)
     const double half = 0.70710678118654752;
     add_light(s, animation, "light-ceiling", (const double[4]){-half, 0, 0, half},
               vec3_make(0, ROOM_Y - 0.004, 0.02), vec3_make(-0.10, 0, 0), vec3_make(0, 0, 0.10),
-              (const double[2]){0.32, 0.22}, (const double[3]){1.0, 0.97, 0.93}, 8.5);
+              (const double[2]){0.32, 0.22}, (const double[3]){1.0, 0.97, 0.93}, 7.8);
     add_light(s, animation, "light-back", (const double[4]){0, 1, 0, 0},
               vec3_make(0.02, 0.27, ROOM_BACK + 0.004), vec3_make(0.17, 0, 0), vec3_make(0, 0.04, 0),
-              (const double[2]){0.24, 0.14}, (const double[3]){1.0, 0.70, 0.36}, 2.8);
+              (const double[2]){0.24, 0.14}, (const double[3]){1.0, 0.64, 0.28}, 2.4);
 }
 
 static void add_view(struct glb *g)
