@@ -376,6 +376,7 @@ ng_result unit_character(struct bytes *out)
     struct glb g;
     int nodes[JOINTS];
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_light(&g);
     int mesh = add_skin_mesh(&g, stage_material(&g, "figure", 0.72, 0.48, 0.26, 0.4));
     add_skeleton(&g, nodes);

@@ -98,7 +98,7 @@ int glb_add_node(struct glb *g, const struct glb_node *n);
 // An entry for one of the engine's components in a collection ("nodes",
 // "materials", "scenes", "animations"):
 // fill in its fields.
-cJSON *glb_component(struct glb *g, const char *collection, int index, const char *component);
+cJSON *glb_component(struct glb *g, const char *collection, int index, const char *name);
 // Sets a number, a list of numbers, or a switch of a JSON object. Null objects are ignored.
 void glb_set(struct glb *g, cJSON *object, const char *key, double value);
 void glb_set_list(struct glb *g, cJSON *object, const char *key, const double *values, int count);

@@ -10,6 +10,8 @@
 bool bytes_append(struct bytes *b, const void *data, size_t size)
 {
     size_t at = b->count;
+    if (!size)
+        return true;
     if (!ng_array_reserve(b, b->count + size))
         return false;
     memcpy(b->items + at, data, size);

@@ -11,7 +11,8 @@ int stage_patch(struct glb *g, const char *name, const struct stage_patch *p, in
     uint32_t *indices = calloc((size_t)faces * 6, sizeof *indices);
     g->failed |= !positions || !normals || !uvs || !indices;
     for (uint32_t i = 0; i < count && !g->failed; i++) {
-        double u = (double)(i % across) / p->columns, v = (double)(i / across) / p->rows;
+        uint32_t row = i / across;
+        double u = (double)(i % across) / p->columns, v = (double)row / p->rows;
         double repeat = p->repeat > 0.0 ? p->repeat : 1.0;
         struct stage_point at = p->surface(u, v, p->user);
         ((struct vec3 *)positions)[i] = at.position;
@@ -116,6 +117,10 @@ void stage_init(struct glb *g)
     int mesh = stage_plane(g, "floor", 8, 8, 8, stage_material(g, "floor", 0.5, 0.5, 0.5, 0.8));
     glb_add_node(
         g, &(struct glb_node){.name = "floor", .rotation = {-quarter, 0, 0, quarter}, .mesh = mesh + 1});
+}
+
+void stage_add_wall(struct glb *g)
+{
     int wall = stage_plane(g, "wall", 8, 4, 4, stage_material(g, "wall", 0.6, 0.58, 0.55, 0.9));
     stage_place(g, "wall", wall, 0, 2, -3);
 }

@@ -4,9 +4,11 @@
 
 #include "glb.h"
 
-// Starts a scene: a camera at (0, 1.5, 5) that looks at (0, 0.7, 0), a grey floor 8 m square at y = 0,
-// and a wall behind at z = -3.
+// Starts a scene: a camera at (0, 1.5, 5) that looks at (0, 0.7, 0), and a grey floor 8 m square at
+// y = 0.
 void stage_init(struct glb *g);
+// A wall behind, at z = -3.
+void stage_add_wall(struct glb *g);
 // A square light of 2 m above the floor, for scenes that are not about light.
 void stage_add_light(struct glb *g);
 // A sphere, a box and a column, which receive and cast shadows.

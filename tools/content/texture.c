@@ -79,9 +79,9 @@ static ng_result small_png(shader shade, uint32_t channels, struct bytes *out)
     unsigned char *pixels = calloc((size_t)SMALL * SMALL, channels);
     if (!pixels)
         return NG_ERROR_MEMORY;
-    for (uint32_t i = 0; i < SMALL * SMALL; i++)
-        shade((i % SMALL + 0.5) / SMALL, (double)(i / SMALL) / SMALL + 0.5 / SMALL,
-              pixels + (size_t)i * channels);
+    for (uint32_t y = 0; y < SMALL; y++)
+        for (uint32_t x = 0; x < SMALL; x++)
+            shade((x + 0.5) / SMALL, (y + 0.5) / SMALL, pixels + ((size_t)y * SMALL + x) * channels);
     ng_result result = image_png(SMALL, SMALL, channels, pixels, out);
     free(pixels);
     return result;

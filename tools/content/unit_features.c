@@ -16,6 +16,7 @@ ng_result unit_materials(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_light(&g);
     for (int metal = 0; metal < 2; metal++)
         for (int i = 0; i < 5; i++) {
@@ -35,6 +36,7 @@ ng_result unit_alpha_mask(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     int light = glb_add_light(&g, "point", "point", (const double[3]){1, 1, 1}, 10.0, 0, 0);
     glb_add_node(&g, &(struct glb_node){.name = "point", .translation = {0, 2.5, -1.5}, .light = light + 1});
     int material = glb_add_material(
@@ -53,6 +55,7 @@ ng_result unit_normal_map(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_light(&g);
     int material = glb_add_material(
         &g,
@@ -107,6 +110,7 @@ ng_result unit_double_sided(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_light(&g);
     for (int both = 0; both < 2; both++) {
         const char *name = both ? "double-sided" : "one-sided";
@@ -138,6 +142,7 @@ ng_result unit_accessors(struct bytes *out)
     enum { N = 8, MIDDLE = (N / 2) * (N + 1) + N / 2 };
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_light(&g);
     int material = glb_add_material(
         &g, &(struct glb_material){.name = "checker",
@@ -153,7 +158,8 @@ ng_result unit_accessors(struct bytes *out)
     double positions[(N + 1) * (N + 1)][3];
     uint32_t indices[N * N * 6];
     for (int i = 0; i < (N + 1) * (N + 1); i++) {
-        struct stage_point p = panel((double)(i % (N + 1)) / N, (double)(i / (N + 1)) / N, NULL);
+        int row = i / (N + 1);
+        struct stage_point p = panel((double)(i % (N + 1)) / N, (double)row / N, NULL);
         positions[i][0] = p.position.x;
         positions[i][1] = p.position.y;
         positions[i][2] = p.position.z;
@@ -189,6 +195,7 @@ ng_result unit_interpolation(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_light(&g);
     int red = stage_material(&g, "red", 0.7, 0.12, 0.08, 0.3),
         blue = stage_material(&g, "blue", 0.1, 0.2, 0.6, 0.4);
@@ -235,6 +242,7 @@ ng_result unit_animated_fields(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     int node = glb_add_node(&g, &(struct glb_node){.name = "lamp",
                                                    .translation = {-1, 2.4, 0.6},
@@ -280,8 +288,9 @@ ng_result unit_animated_fields(struct bytes *out)
 static void build_sheet(struct cage *c)
 {
     for (int i = 0; i < 16; i++) {
-        bool inner = i % 4 % 3 && i / 4 % 3;
-        cage_point(c, vec3_make((i % 4 - 1.5) * 0.3, inner ? 0.4 : 0.0, (1.5 - (double)(i / 4)) * 0.3));
+        int column = i % 4, row = i / 4;
+        bool inner = column % 3 && row % 3;
+        cage_point(c, vec3_make((column - 1.5) * 0.3, inner ? 0.4 : 0.0, (1.5 - row) * 0.3));
     }
     for (uint32_t f = 0; f < 9; f++) {
         uint32_t a = f / 3 * 4 + f % 3;
@@ -295,6 +304,7 @@ ng_result unit_subdivision(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_light(&g);
     int material = stage_material(&g, "clay", 0.7, 0.45, 0.3, 0.35);
     static const double sharpness[4] = {0, 1, 2.5, 10};
@@ -340,6 +350,7 @@ ng_result unit_mirrored(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_light(&g);
     struct cage c = {0};
     piece_build(PIECE_KNIGHT, &c);
@@ -361,6 +372,7 @@ ng_result unit_hierarchy(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_light(&g);
     int material = stage_material(&g, "link", 0.8, 0.45, 0.1, 0.3);
     int mesh = stage_box(&g, "link", 0.16, 0.4, 0.16, material);

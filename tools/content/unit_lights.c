@@ -10,6 +10,7 @@ ng_result unit_light_point(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     int light = glb_add_light(&g, "point", "point", (const double[3]){1.0, 0.85, 0.6}, 8.0, 0, 0);
     glb_add_node(&g, &(struct glb_node){.name = "point", .translation = {0.4, 2.2, 1.4}, .light = light + 1});
@@ -20,6 +21,7 @@ ng_result unit_light_spot(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     int light = glb_add_light(&g, "spot", "spot", white, 25.0, 0.25, 0.45);
     // From the front left above, towards the sphere.
@@ -36,6 +38,7 @@ ng_result unit_light_directional(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     int light = glb_add_light(&g, "sun", "directional", (const double[3]){1.0, 0.95, 0.85}, 2.5, 0, 0);
     const double turn = 0.5 * 0.7, down = 0.5 * -0.8;
@@ -61,6 +64,7 @@ ng_result unit_light_rectangle(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     glb_set_list(&g, add_area(&g, "light_rectangle", 16.0), "size", (const double[2]){1.6, 0.7}, 2);
     return glb_finish(&g, out);
@@ -70,6 +74,7 @@ ng_result unit_light_rectangle_textured(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     cJSON *light = add_area(&g, "light_rectangle", 30.0);
     glb_set_list(&g, light, "size", (const double[2]){1.4, 1.4}, 2);
@@ -81,6 +86,7 @@ ng_result unit_light_disk(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     glb_set(&g, add_area(&g, "light_disk", 18.0), "radius", 0.55);
     return glb_finish(&g, out);
@@ -90,6 +96,7 @@ ng_result unit_light_sphere(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     glb_set(&g, add_area(&g, "light_sphere", 14.0), "radius", 0.3);
     return glb_finish(&g, out);
@@ -99,6 +106,7 @@ ng_result unit_light_mesh(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     int material = glb_add_material(
         &g,
@@ -116,6 +124,7 @@ ng_result unit_light_environment(struct bytes *out)
 {
     struct glb g;
     stage_init(&g);
+    stage_add_wall(&g);
     stage_add_props(&g);
     // Turned by a third about the vertical, so that a map that ignores its rotation shows.
     const double turn = CONTENT_PI / 3.0;
