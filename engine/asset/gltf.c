@@ -67,18 +67,41 @@ ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what
     return NG_OK;
 }
 
-bool ng_gltf_file_path(const char *document, const char *uri, char *out, size_t size, const char **why)
+bool ng_gltf_file_path(const char *document, const char *name, char *out, size_t size, const char **why)
 {
     *why = "is not a file in the document's directory or below";
-    if (uri[0] == 0 || uri[0] == '/' || strchr(uri, '\\') || strstr(uri, "://"))
+    if (name[0] == 0 || name[0] == '/' || strchr(name, '\\') || strstr(name, "://"))
         return false;
-    for (const char *part = uri; part; part = strchr(part, '/')) {
+    for (const char *part = name; part; part = strchr(part, '/')) {
         part += *part == '/';
         if (strncmp(part, "..", 2) == 0 && (part[2] == '/' || part[2] == 0))
             return false;
     }
     *why = "the path is too long";
-    return ng_path_beside(document, uri, out, size);
+    return ng_path_beside(document, name, out, size);
+}
+
+static int hex_digit(char c)
+{
+    static const char digits[] = "0123456789abcdef0123456789ABCDEF";
+    const char *at = c ? strchr(digits, c) : NULL;
+    return at ? (int)(at - digits) % 16 : -1;
+}
+
+bool ng_gltf_uri_path(const char *document, const char *uri, char *out, size_t size, const char **why)
+{
+    char name[4096];
+    size_t n = 0;
+    *why = "the name is too long";
+    for (const char *p = uri; *p; p++) {
+        if (n + 1 >= sizeof name)
+            return false;
+        int high = *p == '%' ? hex_digit(p[1]) : -1, low = high >= 0 ? hex_digit(p[2]) : -1;
+        name[n++] = low >= 0 ? (char)(high * 16 + low) : *p;
+        p += low >= 0 ? 2 : 0;
+    }
+    name[n] = 0;
+    return ng_gltf_file_path(document, name, out, size, why);
 }
 
 // Extensions of the standard that this loader follows, or may ignore since others only refine them.

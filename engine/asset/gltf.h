@@ -33,7 +33,7 @@ struct ng_gltf_scene {
 
 // Adds the file's default scene to a world whose components are the engine's (ng_components_register).
 //
-// Nodes become entities with name, transform and placement; primitives get a mesh component (on the node if
+// Nodes become entities with a name and a transform; primitives get a mesh component (on the node if
 // there is one primitive, else on children); materials become entities; each animation becomes a clip and an
 // entity with an animation component (all of them play). Files named by the document lie in its directory or
 // below; absolute paths, ".." and network addresses are refused.

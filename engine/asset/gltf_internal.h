@@ -182,9 +182,11 @@ extern "C" {
 NG_NODISCARD ng_result ng_gltf_parse(const char *path, uint64_t max_file_size, struct gltf_document **out);
 void ng_gltf_document_destroy(struct gltf_document **doc);
 
-// The path of a file that the document names: percent-decoded, in the document's directory or below. False
-// (and `*why` says why) if it is not one that may be opened.
-bool ng_gltf_file_path(const char *document, const char *uri, char *out, size_t size, const char **why);
+// The path of a file that the document names: in the document's directory or below. False (and `*why` says
+// why) if it is not one that may be opened. The second form takes the name percent-encoded, as it stands in
+// the file.
+bool ng_gltf_file_path(const char *document, const char *name, char *out, size_t size, const char **why);
+bool ng_gltf_uri_path(const char *document, const char *uri, char *out, size_t size, const char **why);
 
 #ifdef __cplusplus
 }

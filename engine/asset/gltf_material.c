@@ -44,8 +44,7 @@ static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_pa
     if (image->uri[0]) {
         char path[4096];
         const char *why;
-        // Names with percent-encoded bytes are decoded in place of the parser, which keeps them.
-        if (!ng_gltf_file_path(l->path, image->uri, path, sizeof path, &why))
+        if (!ng_gltf_uri_path(l->path, image->uri, path, sizeof path, &why))
             return ng_gltf_error(l, "image %d: \"%.200s\" %s", index, image->uri, why);
         NG_TRY(ng_image_load(path, params, &decoded));
         return keep_image(l, path, &decoded, out);
@@ -96,7 +95,7 @@ ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *
 {
     char path[4096];
     const char *why;
-    if (!ng_gltf_file_path(l->path, uri, path, sizeof path, &why))
+    if (!ng_gltf_uri_path(l->path, uri, path, sizeof path, &why))
         return ng_gltf_error(l, "%s: \"%.200s\" %s", where, uri, why);
     // Around a latitude-longitude map u wraps, v does not.
     struct ng_image_params params = {.srgb = true, .repeat_u = true};
