@@ -306,8 +306,8 @@ struct ng_pass *ng_graph_add_pass(struct ng_graph *g, const struct ng_pass_param
     return pass;
 }
 
-static struct ng_graph_ref use(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use word,
-                               const struct ng_graph_part *part, bool write)
+static struct ng_graph_ref record_use(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use word,
+                                      const struct ng_graph_part *part, bool write)
 {
     struct ng_graph *g = pass->graph;
     struct decl_use u = {.resource = REF_RESOURCE(ref),
@@ -326,26 +326,26 @@ static struct ng_graph_ref use(struct ng_pass *pass, struct ng_graph_ref ref, en
                                               : (struct ng_graph_ref){0};
 }
 
-void ng_pass_read(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use word)
+void ng_pass_read(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use)
 {
-    use(pass, ref, word, NULL, false);
+    record_use(pass, ref, use, NULL, false);
 }
 
-void ng_pass_read_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use word,
+void ng_pass_read_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use,
                        const struct ng_graph_part *part)
 {
-    use(pass, ref, word, part, false);
+    record_use(pass, ref, use, part, false);
 }
 
-struct ng_graph_ref ng_pass_write(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use word)
+struct ng_graph_ref ng_pass_write(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use)
 {
-    return use(pass, ref, word, NULL, true);
+    return record_use(pass, ref, use, NULL, true);
 }
 
-struct ng_graph_ref ng_pass_write_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use word,
+struct ng_graph_ref ng_pass_write_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use,
                                        const struct ng_graph_part *part)
 {
-    return use(pass, ref, word, part, true);
+    return record_use(pass, ref, use, part, true);
 }
 
 void ng_pass_after(struct ng_pass *pass, const char *name)

@@ -272,12 +272,13 @@ static struct kept *find_or_add_kept(struct ng_graph *g, const struct decl_resou
 {
     struct kept *k = graph_kept_find(g, d->name);
     if (!k) {
-        char *name = malloc(strlen(d->name) + 1);
+        size_t size = strlen(d->name) + 1;
+        char *name = malloc(size);
         if (!name || !ng_array_push(&g->kept, (struct kept){.name = name})) {
             free(name);
             return NULL;
         }
-        strcpy(name, d->name);
+        memcpy(name, d->name, size);
         k = &g->kept.items[g->kept.count - 1];
     } else if (graph_kept_fits(k, d)) {
         return k;

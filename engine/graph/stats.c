@@ -5,6 +5,7 @@
 #include "gpu/device.h"
 #include "gpu/timer.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -46,7 +47,7 @@ static struct ng_pass_stats *lookup(struct ng_graph *g, const char *name, bool a
         free(copy);
         return NULL;
     }
-    memcpy(copy, name, length);
+    snprintf(copy, length + 1, "%s", name);
     g->stat_slots.items[k] = (uint32_t)g->stats.count;
     struct ng_pass_stats *stats = &g->stats.items[g->stats.count - 1].stats;
     stats->name = copy;

@@ -607,7 +607,7 @@ static void chains_share_memory(void **state)
         assert_int_equal(ng_graph_create(&(struct ng_graph_params){.no_aliasing = off}, &g), NG_OK);
         struct ng_graph_ref last = ng_pass_write(pass(g, "p", NG_PASS_RASTER), color(g, "i"), NG_USE_COLOR);
         for (int i = 0; i < 10; i++) {
-            char name[8];
+            char name[16];
             snprintf(name, sizeof name, "p%d", i);
             struct ng_pass *p = pass(g, name, NG_PASS_RASTER);
             ng_pass_read(p, last, NG_USE_SAMPLED);

@@ -559,10 +559,14 @@ static void copy_plan(struct damaged *d, const struct ng_plan *plan)
     assert_true(plan->step_count <= NG_COUNT(d->steps) && plan->barrier_count <= NG_COUNT(d->barriers) &&
                 plan->use_count <= NG_COUNT(d->uses) && plan->resource_count <= NG_COUNT(d->resources));
     d->plan = *plan;
-    memcpy(d->steps, plan->steps, plan->step_count * sizeof *plan->steps);
-    memcpy(d->barriers, plan->barriers, plan->barrier_count * sizeof *plan->barriers);
-    memcpy(d->resources, plan->resources, plan->resource_count * sizeof *plan->resources);
-    memcpy(d->uses, plan->uses, plan->use_count * sizeof *plan->uses);
+    for (uint32_t i = 0; i < plan->step_count; i++)
+        d->steps[i] = plan->steps[i];
+    for (uint32_t i = 0; i < plan->barrier_count; i++)
+        d->barriers[i] = plan->barriers[i];
+    for (uint32_t i = 0; i < plan->resource_count; i++)
+        d->resources[i] = plan->resources[i];
+    for (uint32_t i = 0; i < plan->use_count; i++)
+        d->uses[i] = plan->uses[i];
     d->plan.steps = d->steps;
     d->plan.barriers = d->barriers;
     d->plan.resources = d->resources;
