@@ -322,9 +322,21 @@ static ng_result run_step(struct run *run, uint32_t index)
 
 // ---- The frame -----------------------------------------------------------------------------------------
 
+// Host memory of this slot may still be read by the frame that had it before. Usually ng_frame_begin has
+// waited for that; not if a graph is executed several times within one frame of the device.
+static ng_result wait_for_slot(struct run *run)
+{
+    struct ng_gpu *gpu = run->g->params.gpu;
+    uint64_t serial = run->g->slot_serials[run->g->executed % NG_GPU_FRAMES];
+    if (serial >= ng_gpu_serial(gpu))
+        NG_TRY(ng_frame_submit(gpu, run->cmd, NULL));
+    return serial ? ng_gpu_wait(gpu, serial) : NG_OK;
+}
+
 static ng_result prepare(struct run *run)
 {
     struct ng_graph *g = run->g;
+    NG_TRY(wait_for_slot(run));
     uint32_t barriers = 0;
     for (uint32_t i = 0; i < g->plan.step_count; i++)
         if (g->plan.steps[i].barrier_count > barriers)
@@ -357,6 +369,7 @@ ng_result ng_graph_execute(struct ng_graph *g, struct ng_cmd **cmd)
         result = run_step(&run, i);
     graph_retire(g, run.written);
     g->last_serial = ng_gpu_serial(g->params.gpu);
+    g->slot_serials[g->executed % NG_GPU_FRAMES] = g->last_serial;
     g->executed++;
     return result != NG_OK ? result : run.result;
 }

@@ -60,7 +60,7 @@ struct ng_graph_params {
 };
 
 NG_NODISCARD ng_result ng_graph_create(const struct ng_graph_params *params, struct ng_graph **out);
-// Waits until the GPU is done with what the graph owns.
+// What the graph owns dies when the GPU is done with it.
 void ng_graph_destroy(struct ng_graph **graph);
 
 // Opens a frame; outside or inside of a frame of gpu/frame.h. Refs and passes of the last one are void from

@@ -4,7 +4,7 @@
 
 #include "base/arena.h"
 #include "base/array.h"
-#include "gpu/memory.h"
+#include "gpu/frame.h"
 #include "graph/graph.h"
 #include "graph/plan.h"
 
@@ -118,8 +118,9 @@ struct ng_graph {
     struct physical *physical; // by plan resource; in the arena
     uint64_t executed;         // frames
     uint64_t objects_created;
-    uint64_t last_serial; // of the device, after which the last executed frame is done
-    bool has_run;         // this frame was executed
+    uint64_t slot_serials[NG_GPU_FRAMES]; // after which the host memory of a slot is free again; 0: it is
+    uint64_t last_serial;                 // of the device, after which the last executed frame is done
+    bool has_run;                         // this frame was executed
     NG_ARRAY(struct pass_stat) stats;
     NG_ARRAY(uint32_t) stat_slots;
     NG_ARRAY(struct ng_pass_stats) stats_view;

@@ -358,6 +358,63 @@ static void history_is_the_last_frame_that_wrote(void **state)
     rig_end(&r);
 }
 
+static ng_result fill_words(const struct ng_pass_context *ctx)
+{
+    const struct sum *s = ctx->data;
+    uint32_t *data = ng_pass_memory(ctx, s->target).data;
+    for (int i = 0; i < 64; i++)
+        data[i] = s->add;
+    return NG_OK;
+}
+
+// The memory that one execution uploads from is not overwritten by the next ones before the GPU has read it.
+static void a_graph_may_run_several_times_in_a_frame(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const names[] = {"out0", "out1", "out2", "out3"};
+    struct rig r = rig_begin();
+    struct ng_graph *g = rig_graph(&r, (struct ng_graph_params){0});
+    struct ng_cmd *cmd = NULL;
+    assert_int_equal(ng_frame_begin(r.gpu, &cmd), NG_OK);
+    for (uint32_t round = 0; round < 4; round++) {
+        struct ng_graph_ref outs[4];
+        ng_graph_begin(g);
+        for (int i = 0; i < 4; i++) {
+            outs[i] = ng_graph_persistent_buffer(g, names[i], &words, NULL);
+            ng_graph_readback(g, names[i]);
+        }
+        struct sum s = {.rig = &r, .target = ng_graph_add_buffer(g, "words", &words), .add = 10 + round};
+        struct ng_pass *fill = ng_graph_add_pass(
+            g,
+            &(struct ng_pass_params){
+                .name = "fill", .kind = NG_PASS_CPU, .run = fill_words, .data = &s, .data_size = sizeof s});
+        s.source = ng_pass_write(fill, s.target, NG_USE_HOST_WRITE);
+        s.target = outs[round];
+        s.add = 0;
+        add_sum(g, "sum", s);
+        assert_int_equal(ng_graph_execute(g, &cmd), NG_OK);
+    }
+    assert_int_equal(ng_frame_end(r.gpu, &cmd), NG_OK);
+    expect_words(g, "out3", 13);
+    ng_graph_begin(g);
+    for (int i = 0; i < 4; i++) {
+        struct sum s = {.rig = &r, .source = ng_graph_persistent_buffer(g, names[i], &words, NULL)};
+        char copy[16];
+        snprintf(copy, sizeof copy, "copy%d", i);
+        s.target = ng_graph_add_buffer(g, copy, &words);
+        add_sum(g, copy, s);
+        ng_graph_readback(g, copy);
+    }
+    assert_int_equal(run_frame(&r, g), NG_OK);
+    for (uint32_t i = 0; i < 4; i++) {
+        char copy[16];
+        snprintf(copy, sizeof copy, "copy%u", i);
+        expect_words(g, copy, 10 + i);
+    }
+    ng_graph_destroy(&g);
+    rig_end(&r);
+}
+
 static void persistent_content_outlives_its_pass(void **state)
 {
     NG_UNUSED(state);
@@ -538,6 +595,7 @@ int main(void)
         cmocka_unit_test(chains_equal_c_however_they_are_run),
         cmocka_unit_test(a_steady_frame_creates_nothing),
         cmocka_unit_test(history_is_the_last_frame_that_wrote),
+        cmocka_unit_test(a_graph_may_run_several_times_in_a_frame),
         cmocka_unit_test(persistent_content_outlives_its_pass),
         cmocka_unit_test(imports_are_left_as_wanted),
         cmocka_unit_test(faces_are_drawn_one_by_one),
