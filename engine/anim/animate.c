@@ -29,7 +29,7 @@ struct player {
 
 struct link {
     const struct ng_channel *channel;
-    uint32_t player;
+    uint32_t player, entity; // index of the player and of its entity
 };
 
 struct slot {
@@ -76,12 +76,6 @@ static ng_result out_of_memory(void)
     return NG_ERROR_MEMORY;
 }
 
-static int compare_players(const void *a, const void *b)
-{
-    uint64_t x = ((const struct player *)a)->entity.id, y = ((const struct player *)b)->entity.id;
-    return (x > y) - (x < y);
-}
-
 // Lists what plays, in the order of entity ids: query order depends on the world's history, and sums of
 // floats on their order.
 static ng_result find_players(struct ng_animator *a, const struct ng_animate_params *p)
@@ -102,8 +96,6 @@ static ng_result find_players(struct ng_animator *a, const struct ng_animate_par
             }
         }
     }
-    if (a->players.count > 1)
-        qsort(a->players.items, a->players.count, sizeof a->players.items[0], compare_players);
     return NG_OK;
 }
 
@@ -128,21 +120,27 @@ static int compare_fields(const struct ng_channel *x, const struct ng_channel *y
     return (x->field_offset > y->field_offset) - (x->field_offset < y->field_offset);
 }
 
+// On one field in the order of entities: players are in the order of the query, which depends on the world's
+// history, and a sum of floats depends on its order.
 static int compare_links(const void *a, const void *b)
 {
     const struct link *x = a, *y = b;
     int order = compare_fields(x->channel, y->channel);
-    return order ? order : (x->player > y->player) - (x->player < y->player);
+    return order ? order : (x->entity > y->entity) - (x->entity < y->entity);
 }
 
 static ng_result make_plan(struct ng_animator *a)
 {
     a->plan = 0;
     a->links.count = a->slots.count = 0;
-    for (uint32_t i = 0; i < a->players.count; i++)
-        for (uint32_t k = 0; k < a->players.items[i].clip->channel_count; k++)
-            if (!ng_array_push(&a->links, (struct link){&a->players.items[i].clip->channels[k], i}))
+    for (uint32_t i = 0; i < a->players.count; i++) {
+        const struct player *player = &a->players.items[i];
+        for (uint32_t k = 0; k < player->clip->channel_count; k++) {
+            struct link link = {&player->clip->channels[k], i, ng_entity_index(player->entity)};
+            if (!ng_array_push(&a->links, link))
                 return out_of_memory();
+        }
+    }
     if (a->links.count > 1)
         qsort(a->links.items, a->links.count, sizeof a->links.items[0], compare_links);
     for (uint32_t i = 0; i < a->links.count; i++) {

@@ -23,6 +23,7 @@ struct ng_animate_params {
 
 // The animator keeps which channel drives which field from frame to frame, and works that out again only when
 // an animation starts, stops or changes its clip.
+// Destroy it before its world.
 NG_NODISCARD ng_result ng_animator_create(struct ng_animator **out);
 void ng_animator_destroy(struct ng_animator **animator);
 

@@ -32,6 +32,7 @@ struct ng_extract_params {
                                     // frame, jump in time)
 };
 
+// Destroy it before its world.
 NG_NODISCARD ng_result ng_extractor_create(struct ng_extractor **out);
 void ng_extractor_destroy(struct ng_extractor **x);
 

@@ -101,18 +101,19 @@ static ng_result number_emitters(struct ng_extractor *x)
     return NG_OK;
 }
 
-static bool components_changed(const struct ng_extractor *x)
+// As many lights as before, and each of them still there: the same ones, whatever their values.
+static bool same_lights(const struct ng_extractor *x)
 {
-    for (uint32_t t = 0; t < x->light_types; t++)
-        if (ng_world_component_changed_at(x->world, ng_light_types[t]->component) > x->since)
-            return true;
-    return false;
+    for (size_t i = 0; i < x->slots.count; i++)
+        if (!ng_world_has(x->world, x->slots.items[i].entity, x->slots.items[i].source.type->component))
+            return false;
+    return true;
 }
 
 ng_result ng_extract_list_lights(struct ng_extractor *x, bool count_changed, bool *listed)
 {
     *listed = false;
-    if (!count_changed && !components_changed(x))
+    if (!count_changed && same_lights(x))
         return NG_OK;
     struct ng_light_slot *items = x->slots.items;
     size_t count = x->slots.count, capacity = x->slots.capacity;

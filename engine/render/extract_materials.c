@@ -50,32 +50,59 @@ static void swap_records(struct ng_extractor *x)
     x->old_records.capacity = capacity;
 }
 
-ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool *listed)
+static ng_result list_records(struct ng_extractor *x)
 {
-    x->materials_changed = false;
-    *listed = false;
-    bool same = ng_world_component_changed_at(x->world, NG_MATERIAL) <= x->since && !count_changed;
-    if (same && x->records.count)
-        return NG_OK;
     swap_records(x);
     NG_TRY(collect_records(x));
-    *listed = x->records.count != x->old_records.count;
-    for (size_t i = 0; i < x->records.count; i++) {
+    // What is new is no change of something old; pieces compare the entities of their materials.
+    for (size_t i = 1; i < x->records.count; i++) {
         struct ng_material_record *now = &x->records.items[i];
-        const struct ng_material_record *old = i < x->old_records.count ? &x->old_records.items[i] : NULL;
-        bool known = old && ng_entity_same(old->entity, now->entity);
-        *listed |= !known;
-        now->changed = known && ng_extract_reflects_differently(&old->value, &now->value);
-        x->materials_changed |= now->changed;
+        uint32_t at = ng_index_map_get(&x->material_of, now->entity.id);
+        const struct ng_material_record *old = at < x->old_records.count ? &x->old_records.items[at] : NULL;
+        now->changed = old && (old->changed || ng_extract_reflects_differently(&old->value, &now->value));
     }
-    if (*listed) {
-        ng_index_map_clear(&x->material_of);
-        for (size_t i = 1; i < x->records.count; i++)
-            if (!ng_index_map_set(&x->material_of, x->records.items[i].entity.id, (uint32_t)i))
-                return ng_extract_out_of_memory();
-    }
-    x->image_list_dirty = true;
+    ng_index_map_clear(&x->material_of);
+    for (size_t i = 1; i < x->records.count; i++)
+        if (!ng_index_map_set(&x->material_of, x->records.items[i].entity.id, (uint32_t)i))
+            return ng_extract_out_of_memory();
     return NG_OK;
+}
+
+// Reads the values of the listed materials; false if one of them is gone.
+static bool reread_records(struct ng_extractor *x)
+{
+    for (size_t i = 1; i < x->records.count; i++) {
+        struct ng_material_record *record = &x->records.items[i];
+        const struct ng_material *value = ng_world_get(x->world, record->entity, NG_MATERIAL);
+        if (!value)
+            return false;
+        record->changed |= ng_extract_reflects_differently(&record->value, value);
+        x->materials_changed |= record->changed;
+        record->value = *value;
+    }
+    return true;
+}
+
+static void clear_changes(struct ng_extractor *x)
+{
+    for (size_t i = 0; x->materials_changed && i < x->records.count; i++)
+        x->records.items[i].changed = false;
+    x->materials_changed = false;
+}
+
+ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool *listed)
+{
+    *listed = false;
+    clear_changes(x);
+    if (!count_changed && x->records.count) {
+        if (ng_world_component_changed_at(x->world, NG_MATERIAL) <= x->since)
+            return NG_OK;
+        x->image_list_dirty = true;
+        if (reread_records(x))
+            return NG_OK;
+    }
+    *listed = x->image_list_dirty = x->materials_changed = true;
+    return list_records(x);
 }
 
 uint32_t ng_extract_material_index(const struct ng_extractor *x, ng_entity material)
