@@ -21,22 +21,12 @@ static void log_message(enum ng_log_level level, const struct gltf_loader *l, co
     ng_log(level, "%s: %s", l->path, text);
 }
 
-ng_result ng_gltf_error(const struct gltf_loader *l, const char *fmt, ...)
+void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...)
 {
     va_list args;
     va_start(args, fmt);
     log_message(NG_LOG_ERROR, l, fmt, args);
     va_end(args);
-    return NG_ERROR_FORMAT;
-}
-
-ng_result ng_gltf_unsupported(const struct gltf_loader *l, const char *fmt, ...)
-{
-    va_list args;
-    va_start(args, fmt);
-    log_message(NG_LOG_ERROR, l, fmt, args);
-    va_end(args);
-    return NG_ERROR_UNSUPPORTED;
 }
 
 ng_result ng_gltf_out_of_memory(const struct gltf_loader *l)
@@ -74,7 +64,7 @@ bool ng_gltf_file_path(const char *document, const char *name, char *out, size_t
         return false;
     for (const char *part = name; part; part = strchr(part, '/')) {
         part += *part == '/';
-        if (strncmp(part, "..", 2) == 0 && (part[2] == '/' || part[2] == 0))
+        if (part[0] == '.' && part[1] == '.' && (part[2] == '/' || part[2] == 0))
             return false;
     }
     *why = "the path is too long";

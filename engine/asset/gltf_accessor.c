@@ -7,21 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+static bool is_component_type(int type)
+{
+    return (type >= GLTF_I8 && type <= GLTF_U16) || type == GLTF_U32 || type == GLTF_F32;
+}
+
 static uint32_t component_size(int type)
 {
-    switch (type) {
-    case GLTF_I8:
-    case GLTF_U8:
-        return 1;
-    case GLTF_I16:
-    case GLTF_U16:
-        return 2;
-    case GLTF_U32:
-    case GLTF_F32:
-        return 4;
-    default:
-        return 0;
-    }
+    return type == GLTF_I8 || type == GLTF_U8 ? 1 : type == GLTF_I16 || type == GLTF_U16 ? 2 : 4;
 }
 
 // Elements in memory: `stride` bytes apart.
@@ -45,7 +38,7 @@ static ng_result locate(const struct gltf_loader *l, int accessor, int view, siz
         return ng_gltf_error(l, "buffer view %d: buffer %d is not one of %u", view, v->buffer,
                              d->buffer_count);
     const struct gltf_buffer *b = &d->buffers[v->buffer];
-    if (v->offset > b->size || v->length > b->size - v->offset)
+    if (!b->data || v->offset > b->size || v->length > b->size - v->offset)
         return ng_gltf_error(l, "buffer view %d: bytes %zu + %zu run past buffer %d of %zu bytes", view,
                              v->offset, v->length, v->buffer, b->size);
     size_t unit = component_size(e->type), size = unit * e->components;
@@ -103,23 +96,23 @@ static const struct gltf_accessor *check(const struct gltf_loader *l, int index,
 {
     const struct gltf_document *d = l->doc;
     if (index < 0 || (uint32_t)index >= d->accessor_count) {
-        ng_gltf_error(l, "%s: accessor %d is not one of %u", want->what, index, d->accessor_count);
+        ng_gltf_log_error(l, "%s: accessor %d is not one of %u", want->what, index, d->accessor_count);
         return NULL;
     }
     const struct gltf_accessor *a = &d->accessors[index];
-    uint32_t type_bit = component_size(a->component_type) ? 1u << (a->component_type - GLTF_I8) : 0;
+    uint32_t type_bit = is_component_type(a->component_type) ? 1u << (a->component_type - GLTF_I8) : 0;
     if (!(want->types & type_bit)) {
-        ng_gltf_error(l, "accessor %d: component type %d is not allowed for %s", index, a->component_type,
-                      want->what);
+        ng_gltf_log_error(l, "accessor %d: component type %d is not allowed for %s", index, a->component_type,
+                          want->what);
         return NULL;
     }
     if (!(want->shapes & 1u << a->components)) {
-        ng_gltf_error(l, "accessor %d: %u components an element are not allowed for %s", index, a->components,
-                      want->what);
+        ng_gltf_log_error(l, "accessor %d: %u components an element are not allowed for %s", index,
+                          a->components, want->what);
         return NULL;
     }
     if (a->count == 0 || a->count > UINT32_MAX / 16) {
-        ng_gltf_error(l, "accessor %d: count %zu is not in 1 to %u", index, a->count, UINT32_MAX / 16);
+        ng_gltf_log_error(l, "accessor %d: count %zu is not in 1 to %u", index, a->count, UINT32_MAX / 16);
         return NULL;
     }
     return a;

@@ -93,7 +93,7 @@ static ng_result read_vertices(struct gltf_loader *l, const char *where, const s
         return NG_OK;
     NG_TRY(ng_gltf_budget(l, (uint64_t)mapped * 12, where));
     c->vertex_count = mapped;
-    c->positions = malloc((size_t)mapped * 12);
+    c->positions = malloc((size_t)mapped * 12 + 1);
     if (!c->positions)
         return ng_gltf_out_of_memory(l);
     for (size_t i = 0; i < mapped; i++)

@@ -56,6 +56,7 @@ static void copy_name(char out[NG_TEXT_SIZE], const char *name)
             n--;
     }
     memcpy(out, name, n);
+    out[n] = 0;
 }
 
 ng_result ng_gltf_entity(struct gltf_loader *l, ng_entity parent, const char *name, const char *fallback,

@@ -47,11 +47,11 @@ struct gltf_loader {
 #define NG_GLTF_NO_NODE   UINT32_MAX
 #define NG_GLTF_MAX_DEPTH 1024 // of the node hierarchy
 
-// ---- messages: "PATH: message"; each returns the result so that it can be returned
-// --------------------------
-ng_result ng_gltf_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRINTF(2, 3); // FORMAT
-ng_result ng_gltf_unsupported(const struct gltf_loader *l, const char *fmt, ...)
-    NG_PRINTF(2, 3); // UNSUPPORTED
+// ---- messages: "PATH: message"; each gives the result to return
+// --------------------------------------------
+void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRINTF(2, 3);
+#define ng_gltf_error(...)       (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_FORMAT)
+#define ng_gltf_unsupported(...) (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_UNSUPPORTED)
 ng_result ng_gltf_out_of_memory(const struct gltf_loader *l);
 // Warns once a load for each flag.
 void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ...) NG_PRINTF(3, 4);
