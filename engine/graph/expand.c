@@ -66,7 +66,8 @@ static ng_result add_declared(struct expand *e, uint32_t index)
 // Buffers that the host can reach as well as the GPU need no copy.
 static bool in_place(const struct ng_graph *g, const struct decl_resource *d)
 {
-    return !d->is_image && (g->unified || d->kind == NG_RESOURCE_IMPORTED);
+    return !d->is_image &&
+           (d->kind == NG_RESOURCE_IMPORTED ? d->imported.buffer->mapped != NULL : g->unified);
 }
 
 // Makes a resource reachable by the host: in place, or by giving it a staging copy.

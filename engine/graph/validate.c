@@ -342,6 +342,20 @@ static ng_result check_exports(struct ng_graph *g, const struct walk *walks)
     return NG_OK;
 }
 
+// Readbacks of what cannot be copied to the host.
+static ng_result check_readback(struct ng_graph *g, const struct decl_resource *r)
+{
+    bool imported = r->kind == NG_RESOURCE_IMPORTED;
+    if (r->is_image && !graph_linear_size(&r->image))
+        return graph_fail(g, "image '%s' is to be read back, but images of its format cannot be copied",
+                          r->name);
+    if (r->is_image && imported && !(r->imported.image->usage & VK_IMAGE_USAGE_TRANSFER_SRC_BIT))
+        return graph_fail(
+            g, "imported image '%s' is to be read back, but was created without transfer source usage",
+            r->name);
+    return NG_OK;
+}
+
 // ---- Versions ------------------------------------------------------------------------------------------
 
 static ng_result number_versions(struct compile *c, const struct walk *walks)
@@ -382,5 +396,8 @@ ng_result graph_validate(struct compile *c)
     for (uint32_t p = 0; p < g->pass_count; p++)
         NG_TRY(check_pass(g, g->passes.items[p], walks));
     NG_TRY(check_exports(g, walks));
+    for (size_t i = 0; i < g->resources.count; i++)
+        if (g->resources.items[i].readback)
+            NG_TRY(check_readback(g, &g->resources.items[i]));
     return number_versions(c, walks);
 }

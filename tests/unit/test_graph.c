@@ -306,6 +306,14 @@ static void import_lacks_usage(struct ng_graph *g)
                   NG_USE_COLOR);
 }
 
+static void readback_of_uncopyable(struct ng_graph *g)
+{
+    ng_graph_readback(g, "z");
+    ng_graph_add_image(
+        g, "z",
+        &(struct ng_graph_image_params){.format = VK_FORMAT_D24_UNORM_S8_UINT, .width = 8, .height = 8});
+}
+
 static void host_use_of_unmapped_import(struct ng_graph *g)
 {
     static struct ng_gpu_buffer far = {.size = 64, .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT};
@@ -358,6 +366,7 @@ static const struct mistake {
     {empty_buffer, {"'points' has no size"}},
     {null_import, {"'screen' is null"}},
     {import_lacks_usage, {"pass 'draw'", "'screen'", "without that usage"}},
+    {readback_of_uncopyable, {"'z' is to be read back", "cannot be copied"}},
     {host_use_of_unmapped_import, {"'think'", "'far'", "not mapped"}},
 };
 
