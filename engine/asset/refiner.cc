@@ -318,6 +318,8 @@ void make_rows(const Far::TopologyRefiner &topology, ng_refiner *r, size_t cage_
     Part position{&builder, &Weights::position}, u{&builder, &Weights::u}, v{&builder, &Weights::v};
     Far::PrimvarRefiner(topology).Limit(source, position, u, v);
     builder.finish_row();
+    r->rows.items.shrink_to_fit();
+    r->weights.shrink_to_fit();
 }
 
 // ---- output vertices

@@ -172,7 +172,8 @@ static void test_damage(void **state)
         assert_int_not_equal(ng_exr_decode("cut", data, n, NULL, &exr), NG_OK);
     unsigned char *bytes = data;
     for (uint32_t i = 0; i < 3000; i++) {
-        size_t at = i < 1000 ? i % size : (i * 2654435761u) % size;
+        size_t at = i < 1000 ? i : (i * 2654435761u);
+        at %= size ? size : 1;
         unsigned char old = bytes[at];
         bytes[at] = (unsigned char)(old ^ (1u << (i % 8)));
         if (ng_exr_decode("flipped", data, size, &(struct ng_exr_limits){4096, 1 << 24}, &exr) == NG_OK)

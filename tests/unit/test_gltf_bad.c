@@ -358,14 +358,15 @@ static struct glb make_glb(const char *path)
     assert_int_equal(ng_file_read(path, 0, &json, &size), NG_OK);
     size_t padded = (size + 3) / 4 * 4;
     struct glb g = {calloc(1, padded + 32), padded + 32};
-    memcpy(g.bytes, "glTF\2\0\0\0", 8);
+    put_u32(g.bytes, 0x46546c67); // "glTF"
+    put_u32(g.bytes + 4, 2);
     put_u32(g.bytes + 8, g.size);
     put_u32(g.bytes + 12, padded);
-    memcpy(g.bytes + 16, "JSON", 4);
+    put_u32(g.bytes + 16, 0x4e4f534a); // "JSON"
     memset(g.bytes + 20, ' ', padded);
     memcpy(g.bytes + 20, json, size);
     put_u32(g.bytes + 20 + padded, 4);
-    memcpy(g.bytes + 24 + padded, "BIN", 4);
+    put_u32(g.bytes + 24 + padded, 0x004e4942); // "BIN"
     free(json);
     return g;
 }
