@@ -34,7 +34,7 @@ struct ng_extract_params {
 
 // Destroy it before its world.
 NG_NODISCARD ng_result ng_extractor_create(struct ng_extractor **out);
-void ng_extractor_destroy(struct ng_extractor **x);
+void ng_extractor_destroy(struct ng_extractor **extractor);
 
 // `*out` and everything in it belong to the extractor and are valid until its next extraction. Errors,
 // logged: NG_ERROR_NOT_FOUND (no camera of that name; a world without any camera gets a default view of the

@@ -13,6 +13,8 @@
 #include "scene/query.h"
 #include "scene/world.h"
 
+#include <string.h>
+
 // ---- shapes: triangles in object space, shared by instances ----------------------------------------------
 struct ng_shape {
     uint64_t hash; // of what it was made from
@@ -190,6 +192,11 @@ enum ng_extract_warning {
     NG_WARN_CAMERAS
 };
 bool ng_extract_warn_once(struct ng_extractor *x, ng_entity e, enum ng_extract_warning kind);
+// Bit for bit: what is written again unchanged, NaN or not, is no change.
+static inline bool ng_extract_same(const void *a, const void *b, size_t size)
+{
+    return memcmp(a, b, size) == 0;
+}
 // Name of an entity, for messages; "entity 12" if it has none.
 const char *ng_extract_name(const struct ng_extractor *x, ng_entity e, char buffer[NG_TEXT_SIZE]);
 NG_NODISCARD ng_result ng_extract_out_of_memory(void);

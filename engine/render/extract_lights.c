@@ -243,7 +243,7 @@ static ng_result show_surface(struct ng_extractor *x, struct ng_light_slot *slot
     struct ng_snapshot_instance *instance = &x->instances.items[slot->instance];
     float rows[12];
     ng_extract_rows(surface.matrix, rows);
-    bool moved = memcmp(rows, instance->matrix, sizeof rows) != 0;
+    bool moved = !ng_extract_same(rows, instance->matrix, sizeof rows);
     memcpy(instance->matrix, rows, sizeof rows);
     if (!slot->version)
         memcpy(instance->previous_matrix, rows, sizeof rows); // new: it has not moved
@@ -276,10 +276,10 @@ static ng_result update_source(struct ng_extractor *x, struct ng_light_slot *slo
         s->image = light_image(texels);
         prepare = true;
     }
-    *changed = prepare || memcmp(s->params, before.params, sizeof s->params) ||
-               memcmp(s->matrix, before.matrix, sizeof s->matrix) ||
-               memcmp(s->emission, before.emission, sizeof s->emission) ||
-               memcmp(s->scene_center, before.scene_center, sizeof s->scene_center) ||
+    *changed = prepare || !ng_extract_same(s->params, before.params, sizeof s->params) ||
+               !ng_extract_same(s->matrix, before.matrix, sizeof s->matrix) ||
+               !ng_extract_same(s->emission, before.emission, sizeof s->emission) ||
+               !ng_extract_same(s->scene_center, before.scene_center, sizeof s->scene_center) ||
                s->scene_radius != before.scene_radius;
     return prepare ? ng_light_prepare(s) : NG_OK;
 }

@@ -114,9 +114,9 @@ uint32_t ng_extract_material_index(const struct ng_extractor *x, ng_entity mater
 bool ng_extract_reflects_differently(const struct ng_material *a, const struct ng_material *b)
 {
     // Field by field: padding has no value.
-    return memcmp(a->base_color, b->base_color, sizeof a->base_color) || a->metallic != b->metallic ||
-           a->roughness != b->roughness || a->normal_scale != b->normal_scale || a->alpha != b->alpha ||
-           a->alpha_cutoff != b->alpha_cutoff || a->alpha_mask != b->alpha_mask ||
+    return !ng_extract_same(a->base_color, b->base_color, sizeof a->base_color) ||
+           a->metallic != b->metallic || a->roughness != b->roughness || a->normal_scale != b->normal_scale ||
+           a->alpha != b->alpha || a->alpha_cutoff != b->alpha_cutoff || a->alpha_mask != b->alpha_mask ||
            a->double_sided != b->double_sided || a->base_color_texture.id != b->base_color_texture.id ||
            a->metallic_roughness_texture.id != b->metallic_roughness_texture.id ||
            a->normal_texture.id != b->normal_texture.id;

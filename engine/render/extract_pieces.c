@@ -98,7 +98,7 @@ static ng_result place_piece(struct ng_extractor *x, uint32_t index)
     if (x->pieces.items[index].skin)
         return NG_OK;
     ng_extract_rows(matrix, rows);
-    if (!memcmp(rows, instance->matrix, sizeof rows))
+    if (ng_extract_same(rows, instance->matrix, sizeof rows))
         return NG_OK;
     memcpy(instance->matrix, rows, sizeof rows);
     ng_extract_set_mirrored(instance, matrix);
@@ -217,7 +217,7 @@ static ng_result find_posing(struct ng_extractor *x)
             continue;
         size_t bytes = s->joint_count * sizeof *s->palette;
         read_palette(x, s, skeleton);
-        if (s->posed && !memcmp(s->palette, s->wanted, bytes))
+        if (s->posed && ng_extract_same(s->palette, s->wanted, bytes))
             continue;
         memcpy(s->palette, s->wanted, bytes);
         s->mesh.previous_positions = s->posed ? s->positions[s->now] : NULL;

@@ -239,6 +239,7 @@ static ng_result make_shape(struct ng_extractor *x, ng_asset geometry,
     if (!s)
         return ng_extract_out_of_memory();
     s->hash = hash;
+    s->used = true;
     s->geometry = geometry;
     s->source = ng_assets_geometry(x->assets, geometry);
     s->joints_needed = joints_needed(s->source);
@@ -280,10 +281,9 @@ ng_result ng_extract_shape(struct ng_extractor *x, ng_entity e, struct ng_shape 
         hash = ng_hash_combine(hash, (uint64_t)subdivision->level << 32 | subdivision->boundary);
     hash |= 1; // never 0
     uint32_t index = ng_index_map_get(&x->shape_of, hash);
-    if (index != UINT32_MAX)
-        *out = x->shapes.items[index];
-    else
-        NG_TRY(make_shape(x, mesh->geometry, subdivision, hash, out));
+    if (index == UINT32_MAX)
+        return make_shape(x, mesh->geometry, subdivision, hash, out);
+    *out = x->shapes.items[index];
     (*out)->used = true;
     return NG_OK;
 }

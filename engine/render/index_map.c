@@ -44,8 +44,9 @@ static bool grow(struct ng_index_map *map)
             larger.values[at] = map->values[i];
         }
     larger.count = map->count;
-    ng_index_map_finish(map);
+    struct ng_index_map old = *map;
     *map = larger;
+    ng_index_map_finish(&old);
     return true;
 }
 
