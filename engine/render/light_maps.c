@@ -152,6 +152,17 @@ struct pass_data {
     struct observed *light;
 };
 
+// The maps persist, so a pass that draws them again finds what it drew last time: all of it goes first.
+static void clear_maps(const struct ng_pass_context *ctx, uint32_t colors, uint32_t layers)
+{
+    VkClearAttachment attachments[4] = {{.aspectMask = VK_IMAGE_ASPECT_DEPTH_BIT}};
+    for (uint32_t i = 0; i < colors; i++)
+        attachments[1 + i] =
+            (VkClearAttachment){.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .colorAttachment = i};
+    const VkClearRect all = {.rect.extent = {ctx->width, ctx->height}, .layerCount = layers};
+    vkCmdClearAttachments(ctx->cmd->handle, 1 + colors, attachments, 1, &all);
+}
+
 static ng_result draw_depth(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
@@ -162,6 +173,7 @@ static ng_result draw_depth(const struct ng_pass_context *ctx)
     struct ng_gpu_binding bindings[] = {views[0], ng_scene_gpu_instances(scene, 1),
                                         ng_scene_gpu_materials(scene, 2)};
     bindings[0].binding = 0;
+    clear_maps(ctx, 0, light->depth_view_count);
     for (uint32_t layer = 0; layer < light->depth_view_count; layer++)
         NG_TRY(ng_scene_gpu_draw(
             scene, ctx->cmd,
@@ -186,6 +198,7 @@ static ng_result draw_surface(const struct ng_pass_context *ctx)
     const struct ng_light_gpu *light = &d->light->gpu;
     struct ng_gpu_binding bindings[5] = {ng_scene_gpu_instances(scene, 1), ng_scene_gpu_materials(scene, 2)};
     ng_light_gpu_bindings(light, true, bindings + 2);
+    clear_maps(ctx, 3, light->rsm_view_count);
     for (uint32_t layer = 0; layer < light->rsm_view_count; layer++)
         NG_TRY(ng_scene_gpu_draw(
             scene, ctx->cmd,
