@@ -39,6 +39,7 @@ FILENAME != "-" {
         if ($1 == "posix:") posix[$i] = 1
         if ($1 == "posix-rooms:") posix_room[$i] = 1
         if ($1 == "shared:") shared[$i] = 1
+        if ($1 == "folder:") in_folder[$i] = 1
         if ($1 == "public:") public[$i] = 1
     }
     next
@@ -87,9 +88,12 @@ match($0, /<[^>]+>/) {
         next
     library = header
     sub(/\/.*/, "", library)
-    if (library in user && user[library] != file)
+    one = file
+    if (header in in_folder)
+        sub(/\/[^\/]*$/, "", one)
+    if (library in user && user[library] != one)
         fail("<" header ">: " user[library] " includes this library already; only one file may")
-    user[library] = file
+    user[library] = one
 }
 
 END {
