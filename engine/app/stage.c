@@ -1,0 +1,163 @@
+// A frame is four steps: the world moves, a snapshot is taken of it, the renderer draws the snapshot, the
+// window shows the result.
+#include "app/stage.h"
+
+#include "app/window.h"
+#include "asset/assets.h"
+#include "base/jobs.h"
+#include "base/log.h"
+#include "components/components.h"
+#include "gpu/frame.h"
+#include "gpu/swapchain.h"
+#include "render/extract.h"
+#include "render/scene_systems.h"
+#include "scene/system.h"
+#include "scene/world.h"
+
+#include <stdlib.h>
+
+struct ng_stage_internal {
+    struct ng_window *window;
+    struct ng_extractor *extractor;
+    struct ng_swapchain *swapchain;
+    bool drawn; // a frame before this one has been extracted
+};
+
+static ng_result load_scene(struct ng_stage *stage, const struct ng_stage_params *params)
+{
+    struct ng_jobs_params jobs = {.threads = params->threads};
+    NG_TRY(ng_jobs_create(&jobs, &stage->jobs));
+    NG_TRY(ng_assets_create(&stage->assets));
+    NG_TRY(ng_world_create(NULL, &stage->world));
+    NG_TRY(ng_components_register(stage->world));
+    NG_TRY(ng_scene_systems_add(stage->world, stage->assets, stage->jobs));
+    return ng_gltf_load(params->scene, stage->world, stage->assets, NULL, &stage->scene);
+}
+
+static ng_result open_device(struct ng_stage *stage, const struct ng_stage_params *params)
+{
+    struct ng_gpu_params gpu = {.device = params->device};
+    if (params->window)
+        gpu.instance_extensions = ng_window_extensions(&gpu.instance_extension_count);
+    NG_TRY(ng_gpu_create(&gpu, &stage->gpu));
+    struct ng_renderer_params renderer = {
+        .gpu = stage->gpu,
+        .jobs = stage->jobs,
+        .redraw_lights = params->redraw_lights,
+        .bare_passes = params->bare_passes,
+    };
+    NG_TRY(ng_renderer_create(&renderer, &stage->renderer));
+    return ng_extractor_create(&stage->internal->extractor);
+}
+
+static ng_result open_window(struct ng_stage *stage, struct ng_window *window)
+{
+    struct ng_swapchain_params params = {.width = window->width, .height = window->height};
+    NG_TRY(ng_window_create_surface(window, stage->gpu->instance, &params.surface));
+    stage->internal->window = window;
+    return ng_swapchain_create(stage->gpu, &params, &stage->internal->swapchain);
+}
+
+ng_result ng_stage_create(const struct ng_stage_params *params, struct ng_stage **out)
+{
+    *out = NULL;
+    NG_REQUIRE(params->scene, "a stage needs a scene");
+    struct ng_stage *stage = calloc(1, sizeof *stage);
+    struct ng_stage_internal *internal = calloc(1, sizeof *internal);
+    if (!stage || !internal) {
+        ng_log_error("%s: out of memory", params->scene);
+        free(stage);
+        free(internal);
+        return NG_ERROR_MEMORY;
+    }
+    stage->internal = internal;
+    ng_result result = load_scene(stage, params);
+    if (result == NG_OK)
+        result = open_device(stage, params);
+    if (result == NG_OK && params->window)
+        result = open_window(stage, params->window);
+    if (result != NG_OK) {
+        ng_stage_destroy(&stage);
+        return result;
+    }
+    *out = stage;
+    return NG_OK;
+}
+
+void ng_stage_destroy(struct ng_stage **stage)
+{
+    struct ng_stage *s = *stage;
+    if (!s)
+        return;
+    *stage = NULL;
+    struct ng_stage_internal *internal = s->internal;
+    ng_renderer_destroy(&s->renderer);
+    ng_swapchain_destroy(&internal->swapchain);
+    if (internal->window)
+        ng_window_destroy_surface(internal->window);
+    ng_gpu_destroy(&s->gpu);
+    ng_extractor_destroy(&internal->extractor);
+    ng_world_destroy(&s->world);
+    ng_assets_destroy(&s->assets);
+    ng_jobs_destroy(&s->jobs);
+    free(internal);
+    free(s);
+}
+
+static ng_result move_to(struct ng_stage *stage, double time, const char *camera, bool still)
+{
+    struct ng_stage_internal *internal = stage->internal;
+    NG_TRY(ng_world_run(stage->world, time));
+    struct ng_extract_params params = {
+        .world = stage->world,
+        .assets = stage->assets,
+        .jobs = stage->jobs,
+        .time = time,
+        .camera = camera,
+        .still = still || !internal->drawn,
+    };
+    NG_TRY(ng_extract(internal->extractor, &params, &stage->snapshot));
+    internal->drawn = true;
+    return NG_OK;
+}
+
+ng_result ng_stage_seek(struct ng_stage *stage, double time, const char *camera)
+{
+    return move_to(stage, time, camera, true);
+}
+
+// One frame of the device. What was begun is ended, whatever fails in between.
+static ng_result submit(struct ng_stage *stage, struct ng_render_params *params)
+{
+    struct ng_swapchain *swapchain = stage->internal->swapchain;
+    struct ng_cmd *cmd;
+    NG_TRY(ng_frame_begin(stage->gpu, &cmd));
+    ng_result drawn = swapchain ? ng_swapchain_acquire(swapchain, &params->target) : NG_OK;
+    if (drawn == NG_OK)
+        drawn = ng_renderer_frame(stage->renderer, &cmd, params);
+    ng_result ended = ng_frame_end(stage->gpu, &cmd);
+    ng_result shown = swapchain && ended == NG_OK ? ng_swapchain_present(swapchain) : NG_OK;
+    return drawn != NG_OK ? drawn : ended != NG_OK ? ended : shown;
+}
+
+ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *frame)
+{
+    const struct ng_window *window = stage->internal->window;
+    struct ng_render_params params = {
+        .width = frame->width || !window ? frame->width : window->width,
+        .height = frame->height || !window ? frame->height : window->height,
+        .method = frame->method,
+        .layers = frame->layers,
+        .layer_count = frame->layer_count,
+        .overlay = frame->overlay,
+        .overlay_user = frame->overlay_user,
+    };
+    NG_REQUIRE(window || (params.width && params.height), "a frame without a window needs a size");
+    if (params.width == 0 || params.height == 0)
+        return NG_OK;
+    NG_TRY(move_to(stage, frame->time, frame->camera, frame->still));
+    params.snapshot = stage->snapshot;
+    if (window)
+        ng_swapchain_resize(stage->internal->swapchain, window->width, window->height);
+    return submit(stage, &params);
+}

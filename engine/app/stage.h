@@ -1,0 +1,65 @@
+// A scene on a stage: everything between the name of a file and frames of it, in a window or without one.
+//
+//     struct ng_stage *stage;
+//     NG_TRY(ng_stage_create(&(struct ng_stage_params){.scene = "content/chess/chess.glb"}, &stage));
+//     NG_TRY(ng_stage_draw(stage, &(struct ng_stage_frame){.time = 0.5, .width = 512, .height = 512}));
+//     ...
+//     ng_stage_destroy(&stage);
+//
+// A stage is a convenience: it owns one of each part of the engine and calls them in the order that every
+// program would. The parts are there for whoever wants more of them. One thread.
+#ifndef NG_APP_STAGE_H
+#define NG_APP_STAGE_H
+
+#include "asset/gltf.h"
+#include "render/renderer.h"
+
+struct ng_window;
+
+struct ng_stage_params {
+    const char *scene;        // path of a glTF file
+    struct ng_window *window; // where frames appear; borrowed, must outlive the stage; null: no window
+    const char *device;       // as in struct ng_gpu_params
+    uint32_t threads;         // as in struct ng_jobs_params
+    // As in struct ng_renderer_params, for benchmarks:
+    bool redraw_lights, bare_passes;
+};
+
+struct ng_stage_internal;
+
+// Read only for callers; what the parts do, their own headers say.
+struct ng_stage {
+    struct ng_jobs *jobs;
+    struct ng_gpu *gpu;
+    struct ng_assets *assets;
+    struct ng_world *world;
+    struct ng_gltf_scene scene;
+    struct ng_renderer *renderer;
+    const struct ng_snapshot *snapshot; // of the last frame
+    struct ng_stage_internal *internal;
+};
+
+// Loads the scene and opens the device. Every failure was logged by the part that met it.
+NG_NODISCARD ng_result ng_stage_create(const struct ng_stage_params *params, struct ng_stage **out);
+void ng_stage_destroy(struct ng_stage **stage);
+
+struct ng_stage_frame {
+    double time;            // seconds: what the scene is evaluated at
+    bool still;             // the time jumped: no motion since the last frame
+    const char *camera;     // name of an entity; null: the scene's first camera
+    uint32_t width, height; // of the picture, pixels; 0: the window's size
+    // As in struct ng_render_params:
+    const char *method;
+    const char *const *layers;
+    uint32_t layer_count;
+    struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph, struct ng_graph_ref display);
+    void *overlay_user;
+};
+
+// Moves the scene to a time without drawing: what the next frame's motion is measured from.
+NG_NODISCARD ng_result ng_stage_seek(struct ng_stage *stage, double time, const char *camera);
+// Moves the scene to the frame's time, draws it and shows it in the window. Nothing is drawn for a minimised
+// window.
+NG_NODISCARD ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *frame);
+
+#endif
