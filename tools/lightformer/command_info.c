@@ -24,7 +24,7 @@ struct info {
 static const struct cli_option options[] = {
     CLI_ARGUMENT(struct info, what, "SCENE|device|components",
                  "a glTF file; or the graphics devices; or the field table of each component"),
-    {.name = "--json", .kind = CLI_FLAG, .offset = offsetof(struct info, json), .doc = "print JSON"},
+    CLI_JSON(struct info),
 };
 
 // ---- Components

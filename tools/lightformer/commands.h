@@ -5,6 +5,38 @@
 
 #include "options.h"
 
+// Options that mean the same in several commands; the command's struct has a member of the option's name.
+#define CLI_SCENE(type_) CLI_ARGUMENT(type_, scene, "SCENE", "a glTF file (.glb or .gltf)")
+#define CLI_METHOD(type_)                                                                                    \
+    {                                                                                                        \
+        .name = "--method", .kind = CLI_CHOICE, .flags = CLI_PICTURE, .offset = offsetof(type_, method),     \
+        .value = "NAME", .fallback = "raster", .choices = cli_methods, .doc = "how light is computed"        \
+    }
+#define CLI_PIXELS(type_, default_)                                                                          \
+    {                                                                                                        \
+        .name = "--size", .kind = CLI_SIZE, .flags = CLI_PICTURE, .offset = offsetof(type_, size),           \
+        .value = "WxH", .fallback = (default_), .min = 1, .max = 16384, .doc = "pixels"                      \
+    }
+#define CLI_THREADS(type_)                                                                                   \
+    {                                                                                                        \
+        .name = "--threads", .kind = CLI_COUNT, .offset = offsetof(type_, threads), .value = "N",            \
+        .fallback = "0", .max = 1024, .doc = "threads of the CPU; 0: one a processor"                        \
+    }
+#define CLI_DEVICE(type_)                                                                                    \
+    {                                                                                                        \
+        .name = "--device", .kind = CLI_TEXT, .offset = offsetof(type_, device), .value = "NAME",            \
+        .doc = "a graphics device, by number or part of its name (lightformer info device)"                  \
+    }
+#define CLI_JSON(type_)                                                                                      \
+    {                                                                                                        \
+        .name = "--json", .kind = CLI_FLAG, .offset = offsetof(type_, json), .doc = "print JSON"             \
+    }
+
+// What --method takes, null-terminated.
+extern const char *const cli_methods[];
+
+#define CLI_FRAMES_A_SECOND 30.0
+
 extern const struct cli_command cli_render_command;
 extern const struct cli_command cli_view_command;
 extern const struct cli_command cli_info_command;

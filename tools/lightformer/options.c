@@ -17,6 +17,12 @@ static bool is_argument(const struct cli_option *o)
     return o->name[0] != '-';
 }
 
+// The i-th word that a choice or a set accepts; null past the end.
+static const char *choice(const struct cli_option *o, uint32_t i)
+{
+    return o->choice ? o->choice(i) : o->choices[i];
+}
+
 // ---- Suggestions
 
 // Levenshtein distance, or a large number for long words.
@@ -109,11 +115,12 @@ static bool parse_range(const struct cli_option *o, const char *text, struct cli
     return *end == 0 && out->first <= out->last && in_range(o, out->first) && in_range(o, out->last);
 }
 
-// The index of the first `length` letters of `text` in a list of words; false if it is not in it.
-static bool find_choice(const char *const *choices, const char *text, size_t length, uint32_t *out)
+// The index of the first `length` letters of `text` among an option's words; false if it is none of them.
+static bool find_choice(const struct cli_option *o, const char *text, size_t length, uint32_t *out)
 {
-    for (uint32_t i = 0; choices[i]; i++) {
-        if (strlen(choices[i]) == length && memcmp(choices[i], text, length) == 0) {
+    const char *word;
+    for (uint32_t i = 0; (word = choice(o, i)); i++) {
+        if (strlen(word) == length && memcmp(word, text, length) == 0) {
             *out = i;
             return true;
         }
@@ -121,20 +128,15 @@ static bool find_choice(const char *const *choices, const char *text, size_t len
     return false;
 }
 
-static bool parse_set(const char *const *choices, const char *text, uint32_t *out)
+static bool parse_set(const struct cli_option *o, const char *text, uint32_t *out)
 {
     *out = 0;
     for (;; text++) {
         size_t length = strcspn(text, ",");
         uint32_t i;
-        if (length == 3 && memcmp(text, "all", 3) == 0) {
-            for (i = 0; choices[i]; i++)
-                *out |= 1u << i;
-        } else if (find_choice(choices, text, length, &i)) {
-            *out |= 1u << i;
-        } else {
+        if (!find_choice(o, text, length, &i))
             return false;
-        }
+        *out |= 1u << i;
         text += length;
         if (*text == 0)
             return true;
@@ -169,9 +171,9 @@ static bool parse_value(const struct cli_option *o, const char *text, void *valu
         return true;
     }
     case CLI_CHOICE:
-        return find_choice(o->choices, text, strlen(text), place);
+        return find_choice(o, text, strlen(text), place);
     case CLI_SET:
-        return parse_set(o->choices, text, place);
+        return parse_set(o, text, place);
     case CLI_SIZE:
         return parse_size(o, text, place);
     case CLI_RANGE:
@@ -197,8 +199,8 @@ static void print_accepted(const struct cli_option *o, FILE *out)
     case CLI_CHOICE:
     case CLI_SET:
         fprintf(out, o->kind == CLI_SET ? "a list of" : "one of");
-        for (size_t i = 0; o->choices[i]; i++)
-            fprintf(out, "%s %s", i ? "," : "", o->choices[i]);
+        for (uint32_t i = 0; choice(o, i); i++)
+            fprintf(out, "%s %s", i ? "," : "", choice(o, i));
         break;
     case CLI_TEXTS:
         fprintf(out, "at most %d values that are not empty", CLI_MAX_TEXTS);
@@ -366,8 +368,8 @@ static void print_option(const struct cli_option *o, FILE *out)
     fprintf(out, "  %-24s %s", o->letter ? left : left + 1, o->doc);
     if (o->kind == CLI_CHOICE || o->kind == CLI_SET) {
         fprintf(out, ": ");
-        for (size_t i = 0; o->choices[i]; i++)
-            fprintf(out, "%s%s", i ? ", " : "", o->choices[i]);
+        for (uint32_t i = 0; choice(o, i); i++)
+            fprintf(out, "%s%s", i ? ", " : "", choice(o, i));
     }
     if (o->fallback)
         fprintf(out, " (default %s)", o->fallback);
@@ -408,12 +410,12 @@ static void append(struct text *t, const char *fmt, ...)
         t->used += (size_t)n;
 }
 
-static void append_set(struct text *t, const char *const *choices, uint32_t set)
+static void append_set(struct text *t, const struct cli_option *o, uint32_t set)
 {
     const char *comma = "";
-    for (uint32_t i = 0; choices[i]; i++) {
+    for (uint32_t i = 0; choice(o, i); i++) {
         if (set >> i & 1) {
-            append(t, "%s%s", comma, choices[i]);
+            append(t, "%s%s", comma, choice(o, i));
             comma = ",";
         }
     }
@@ -435,10 +437,10 @@ static void append_value(struct text *t, const struct cli_option *o, const void 
                is_argument(o) ? ng_path_name(*(const char *const *)place) : *(const char *const *)place);
         break;
     case CLI_CHOICE:
-        append(t, "%s", o->choices[*(const uint32_t *)place]);
+        append(t, "%s", choice(o, *(const uint32_t *)place));
         break;
     case CLI_SET:
-        append_set(t, o->choices, *(const uint32_t *)place);
+        append_set(t, o, *(const uint32_t *)place);
         break;
     case CLI_SIZE:
         append(t, "%ux%u", size->width, size->height);

@@ -27,7 +27,7 @@ enum cli_kind {
     CLI_TEXT,   // const char *, borrowed from argv; null if not given
     CLI_TEXTS,  // struct cli_texts
     CLI_CHOICE, // uint32_t, an index into `choices`
-    CLI_SET,    // uint32_t, a bit for each of `choices`; written "a,b,c" or "all"
+    CLI_SET,    // uint32_t, a bit for each of `choices`; written "a,b,c"
     CLI_SIZE,   // struct cli_size, each side in [min, max]; written "640x480"
     CLI_RANGE,  // struct cli_range in [min, max]; written "3..7", both ends included, or "3"
 };
@@ -56,12 +56,13 @@ struct cli_option {
     char letter;      // 'o': also written -o; 0: none
     enum cli_kind kind;
     unsigned flags;
-    size_t offset;              // of the value in the command's struct
-    const char *value;          // how --help calls the value: "WxH"
-    const char *fallback;       // the value if not given, as one would write it; null: zero
-    double min, max;            // of numbers, both included
-    const char *const *choices; // null-terminated
-    const char *doc;            // one line for --help
+    size_t offset;                         // of the value in the command's struct
+    const char *value;                     // how --help calls the value: "WxH"
+    const char *fallback;                  // the value if not given, as one would write it; null: zero
+    double min, max;                       // of numbers, both included
+    const char *const *choices;            // null-terminated; or
+    const char *(*choice)(uint32_t index); // the same as a function: null past the end
+    const char *doc;                       // one line for --help
 };
 
 #define CLI_ARGUMENT(type_, member_, name_, doc_)                                                            \

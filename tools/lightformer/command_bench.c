@@ -1,0 +1,329 @@
+// lightformer bench: how long frames and their passes take, and what they need.
+//
+// Two runs over the same frames. The first is the scene as anybody would draw it: frame time, passes, memory.
+// The second redraws every light in every frame and adds passes that draw depth alone; it gives the ratios,
+// which mean the same on any machine, and nothing else.
+#include "commands.h"
+#include "json.h"
+#include "progress.h"
+
+#include "app/stage.h"
+#include "base/array.h"
+#include "base/file.h"
+#include "base/log.h"
+#include "base/system.h"
+#include "gpu/device.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define WARM_UP_FRAMES 4 // pipelines, first uploads, memory that grows
+#define MAX_RATIOS     64
+#define NAME_SIZE      192
+
+struct bench {
+    const char *scene, *device;
+    uint32_t frames, threads, method;
+    struct cli_size size;
+    bool json;
+};
+
+static const struct cli_option options[] = {
+    CLI_SCENE(struct bench),
+    {.name = "--frames",
+     .kind = CLI_COUNT,
+     .offset = offsetof(struct bench, frames),
+     .value = "N",
+     .fallback = "60",
+     .min = 1,
+     .max = 1e6,
+     .doc = "how many frames to measure, after a few to warm up"},
+    CLI_PIXELS(struct bench, "512x512"),
+    CLI_METHOD(struct bench),
+    CLI_THREADS(struct bench),
+    CLI_DEVICE(struct bench),
+    CLI_JSON(struct bench),
+};
+
+// ---- Series of measurements
+
+struct series {
+    NG_ARRAY(double) values;
+};
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// The value that this share of all values does not exceed; 0 of an empty series. Sorts.
+static double quantile(struct series *s, double share)
+{
+    size_t n = s->values.count;
+    if (n == 0)
+        return 0;
+    qsort(s->values.items, n, sizeof *s->values.items, compare_doubles);
+    return s->values.items[(size_t)(share * (double)(n - 1) + 0.5)];
+}
+
+struct pass {
+    char name[NAME_SIZE];
+    struct series cpu_ms, gpu_ms;
+    uint64_t runs_before, runs; // when measuring began, and now
+    double median_cpu_ms, median_gpu_ms;
+};
+
+// The passes of a run and the time of its frames.
+struct measurement {
+    NG_ARRAY(struct pass) passes;
+    struct series frame_ms;
+};
+
+static void finish_measurement(struct measurement *m)
+{
+    for (size_t i = 0; i < m->passes.count; i++) {
+        ng_array_finish(&m->passes.items[i].cpu_ms.values);
+        ng_array_finish(&m->passes.items[i].gpu_ms.values);
+    }
+    ng_array_finish(&m->passes);
+    ng_array_finish(&m->frame_ms.values);
+}
+
+static const struct pass *find_pass(const struct measurement *m, const char *name)
+{
+    for (size_t i = 0; i < m->passes.count; i++) {
+        if (strcmp(m->passes.items[i].name, name) == 0)
+            return &m->passes.items[i];
+    }
+    return NULL;
+}
+
+// ---- Measuring
+
+// Takes the figures of the last frame. The graph lists passes in the order in which they first appeared, so
+// that an index stands for the same pass in every frame. Only passes that ran are counted: the others would
+// repeat their last figure.
+static bool sample_passes(struct measurement *m, struct ng_graph *graph, bool measuring)
+{
+    size_t count;
+    const struct ng_pass_stats *stats = ng_graph_stats(graph, &count);
+    if (!ng_array_resize(&m->passes, count))
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        struct pass *p = &m->passes.items[i];
+        bool ran = stats[i].runs > p->runs;
+        if (!p->name[0])
+            snprintf(p->name, sizeof p->name, "%s", stats[i].name);
+        p->runs = stats[i].runs;
+        if (!measuring)
+            p->runs_before = p->runs;
+        else if (ran && !(ng_array_push(&p->cpu_ms.values, stats[i].cpu_ms) &&
+                          ng_array_push(&p->gpu_ms.values, stats[i].gpu_ms)))
+            return false;
+    }
+    return true;
+}
+
+static ng_result measure_frame(const struct bench *b, struct ng_stage *stage, uint32_t n,
+                               struct measurement *m)
+{
+    struct ng_stage_frame frame = {
+        .time = n / CLI_FRAMES_A_SECOND,
+        .width = b->size.width,
+        .height = b->size.height,
+        .method = cli_methods[b->method],
+    };
+    uint64_t start = ng_clock_ns();
+    NG_TRY(ng_stage_draw(stage, &frame));
+    double frame_ms = (double)(ng_clock_ns() - start) * 1e-6;
+    bool measuring = n >= WARM_UP_FRAMES;
+    if (sample_passes(m, ng_renderer_graph(stage->renderer), measuring) &&
+        (!measuring || ng_array_push(&m->frame_ms.values, frame_ms)))
+        return NG_OK;
+    ng_log_error("%s: out of memory for measurements", b->scene);
+    return NG_ERROR_MEMORY;
+}
+
+static ng_result measure(const struct bench *b, struct ng_stage *stage, const char *label,
+                         struct measurement *m)
+{
+    struct progress progress;
+    progress_begin(&progress, label, b->frames + WARM_UP_FRAMES);
+    ng_result result = NG_OK;
+    for (uint32_t n = 0; n < b->frames + WARM_UP_FRAMES && result == NG_OK; n++) {
+        progress_update(&progress, n);
+        result = measure_frame(b, stage, n, m);
+    }
+    progress_end(&progress);
+    for (size_t i = 0; i < m->passes.count; i++) {
+        struct pass *p = &m->passes.items[i];
+        p->median_cpu_ms = quantile(&p->cpu_ms, 0.5);
+        p->median_gpu_ms = quantile(&p->gpu_ms, 0.5);
+    }
+    return result;
+}
+
+// ---- Ratios
+
+struct ratio {
+    char name[NAME_SIZE];
+    double value;
+};
+struct ratios {
+    struct ratio items[MAX_RATIOS];
+    uint32_t count;
+};
+
+static void add_ratio(struct ratios *r, const char *name, double ms, const struct pass *bare)
+{
+    if (!bare || !(bare->median_gpu_ms > 0) || r->count == MAX_RATIOS)
+        return;
+    struct ratio *ratio = &r->items[r->count++];
+    snprintf(ratio->name, sizeof ratio->name, "%s", name);
+    ratio->value = ms / bare->median_gpu_ms;
+}
+
+// Each pass that draws the scene to the pass that draws the depth of the same triangles alone: the G-buffer,
+// and of each light the two passes of its reflective shadow map.
+static void compute_ratios(const struct measurement *m, struct ratios *r)
+{
+    const struct pass *gbuffer = find_pass(m, "gbuffer");
+    if (gbuffer)
+        add_ratio(r, "gbuffer", gbuffer->median_gpu_ms, find_pass(m, "bare:camera"));
+    for (size_t i = 0; i < m->passes.count; i++) {
+        const struct pass *depth = &m->passes.items[i];
+        char light[160], name[NAME_SIZE];
+        int end = 0;
+        if (sscanf(depth->name, "rsm:%159[^/]/depth%n", light, &end) != 1 || !end || depth->name[end])
+            continue;
+        snprintf(name, sizeof name, "rsm:%s/surface", light);
+        const struct pass *surface = find_pass(m, name);
+        snprintf(name, sizeof name, "bare:%s/depth", light);
+        const struct pass *bare = find_pass(m, name);
+        snprintf(name, sizeof name, "rsm:%s", light);
+        add_ratio(r, name, depth->median_gpu_ms + (surface ? surface->median_gpu_ms : 0), bare);
+    }
+}
+
+// ---- Printing
+
+struct report {
+    struct measurement plain;
+    struct ratios ratios;
+    double frame_median_ms, frame_p95_ms, memory_mib;
+    char device[VK_MAX_PHYSICAL_DEVICE_NAME_SIZE];
+};
+
+static uint64_t runs(const struct pass *p)
+{
+    return p->runs - p->runs_before;
+}
+
+static void print_report(const struct bench *b, const struct report *r)
+{
+    printf("%s, %ux%u, %u frames on %s\n", ng_path_name(b->scene), b->size.width, b->size.height, b->frames,
+           r->device);
+    printf("frame: median %.2f ms, 95 %% below %.2f ms; memory %.0f MiB\n\n", r->frame_median_ms,
+           r->frame_p95_ms, r->memory_mib);
+    printf("%-40s %10s %10s %8s\n", "pass", "CPU ms", "GPU ms", "runs");
+    for (size_t i = 0; i < r->plain.passes.count; i++) {
+        const struct pass *p = &r->plain.passes.items[i];
+        printf("%-40s %10.3f %10.3f %8llu\n", p->name, p->median_cpu_ms, p->median_gpu_ms,
+               (unsigned long long)runs(p));
+    }
+    printf("\n%-40s %10s\n", "GPU time to depth alone", "ratio");
+    for (uint32_t i = 0; i < r->ratios.count; i++)
+        printf("%-40s %10.2f\n", r->ratios.items[i].name, r->ratios.items[i].value);
+}
+
+static void write_report(const struct bench *b, const struct report *r)
+{
+    struct json j = {.out = stdout};
+    json_object(&j, NULL);
+    json_text(&j, "scene", ng_path_name(b->scene));
+    json_text(&j, "device", r->device);
+    json_number(&j, "width", b->size.width);
+    json_number(&j, "height", b->size.height);
+    json_number(&j, "frames", b->frames);
+    json_object(&j, "frame_ms");
+    json_number(&j, "median", r->frame_median_ms);
+    json_number(&j, "p95", r->frame_p95_ms);
+    json_end(&j);
+    json_array(&j, "passes");
+    for (size_t i = 0; i < r->plain.passes.count; i++) {
+        const struct pass *p = &r->plain.passes.items[i];
+        json_object(&j, NULL);
+        json_text(&j, "name", p->name);
+        json_number(&j, "cpu_ms", p->median_cpu_ms);
+        json_number(&j, "gpu_ms", p->median_gpu_ms);
+        json_number(&j, "runs", (double)runs(p));
+        json_end(&j);
+    }
+    json_end(&j);
+    json_number(&j, "memory_mib", r->memory_mib);
+    json_object(&j, "ratios");
+    for (uint32_t i = 0; i < r->ratios.count; i++)
+        json_number(&j, r->ratios.items[i].name, r->ratios.items[i].value);
+    json_end(&j);
+    json_end(&j);
+}
+
+// ---- The command
+
+static ng_result measure_plain(const struct bench *b, struct report *r)
+{
+    struct ng_stage *stage;
+    struct ng_stage_params params = {.scene = b->scene, .device = b->device, .threads = b->threads};
+    NG_TRY(ng_stage_create(&params, &stage));
+    snprintf(r->device, sizeof r->device, "%s", stage->gpu->properties.deviceName);
+    ng_result result = measure(b, stage, "frame", &r->plain);
+    r->frame_median_ms = quantile(&r->plain.frame_ms, 0.5);
+    r->frame_p95_ms = quantile(&r->plain.frame_ms, 0.95);
+    r->memory_mib = (double)ng_system_peak_memory() / (1 << 20);
+    ng_stage_destroy(&stage);
+    return result;
+}
+
+static ng_result measure_ratios(const struct bench *b, struct report *r)
+{
+    struct ng_stage *stage;
+    struct ng_stage_params params = {
+        .scene = b->scene,
+        .device = b->device,
+        .threads = b->threads,
+        .redraw_lights = true,
+        .bare_passes = true,
+    };
+    NG_TRY(ng_stage_create(&params, &stage));
+    struct measurement m = {0};
+    ng_result result = measure(b, stage, "comparison", &m);
+    compute_ratios(&m, &r->ratios);
+    finish_measurement(&m);
+    ng_stage_destroy(&stage);
+    return result;
+}
+
+static int run(const void *args)
+{
+    const struct bench *b = args;
+    struct report report = {0};
+    ng_result result = measure_plain(b, &report);
+    if (result == NG_OK)
+        result = measure_ratios(b, &report);
+    if (result == NG_OK)
+        (b->json ? write_report : print_report)(b, &report);
+    finish_measurement(&report.plain);
+    return result == NG_OK ? CLI_DONE : CLI_FAILED;
+}
+
+const struct cli_command cli_bench_command = {
+    .name = "bench",
+    .summary = "Measures frames and their passes.",
+    .notes =
+        "Ratios compare a pass with one that draws the depth of the same triangles alone, in the same run.",
+    .options = options,
+    .option_count = NG_COUNT(options),
+    .values_size = sizeof(struct bench),
+    .run = run,
+};

@@ -1,0 +1,215 @@
+// lightformer view: a scene in a window, with a person's hands on camera and clock.
+#include "commands.h"
+
+#include "app/camera_controller.h"
+#include "app/playback.h"
+#include "app/stage.h"
+#include "app/window.h"
+#include "base/file.h"
+#include "base/result.h"
+#include "base/system.h"
+#include "components/camera.h"
+#include "components/components.h"
+#include "components/name.h"
+#include "components/placement.h"
+#include "components/scene_scale.h"
+#include "editor/ui.h"
+#include "gpu/device.h"
+#include "scene/world.h"
+
+#include <string.h>
+
+struct view {
+    const char *scene, *device;
+    uint32_t threads, method;
+    struct cli_size size;
+};
+
+static const struct cli_option options[] = {
+    CLI_SCENE(struct view),  CLI_PIXELS(struct view, "960x720"),
+    CLI_METHOD(struct view), CLI_THREADS(struct view),
+    CLI_DEVICE(struct view),
+};
+
+static const char keys[] = "left drag     orbit\n"
+                           "right drag    look around\n"
+                           "middle drag   slide\n"
+                           "wheel         nearer, farther\n"
+                           "W A S D       fly; E up, Q down, Shift faster\n"
+                           "Space         play, pause\n"
+                           "Left, Right   scrub a tenth of a second; Home: to the start\n"
+                           "F1            these keys\n"
+                           "Escape        quit";
+
+#define SCRUB_S          0.1
+#define TITLE_INTERVAL_S 0.25
+#define FRAME_SMOOTHING  0.1 // weight of the newest frame in the time that is shown
+
+struct viewer {
+    const struct view *args;
+    struct ng_window *window;
+    struct ng_stage *stage;
+    struct ng_ui *ui;
+    struct ng_camera_controller controller;
+    struct ng_playback playback;
+    ng_entity camera; // our own, so that neither a parent nor an animation moves it
+    double frame_ms;
+    double title_age_s;
+    bool show_keys;
+};
+
+static const char camera_name[] = "lightformer:view";
+
+static float scene_radius(const struct ng_world *world, ng_entity root)
+{
+    const struct ng_scene_scale *scale = ng_world_get(world, root, NG_SCENE_SCALE);
+    return scale ? scale->radius : 1;
+}
+
+// A camera like the scene's own, free to move.
+static ng_result create_camera(struct viewer *v)
+{
+    struct ng_world *world = v->stage->world;
+    ng_entity model = v->stage->scene.camera;
+    const struct ng_placement *placement = ng_world_get(world, model, NG_PLACEMENT);
+    ng_camera_controller_look(&v->controller, placement->matrix, scene_radius(world, v->stage->scene.root));
+
+    struct ng_name name;
+    memcpy(name.text, camera_name, sizeof camera_name);
+    struct ng_camera lens = *(const struct ng_camera *)ng_world_get(world, model, NG_CAMERA);
+    struct ng_transform transform = ng_camera_controller_transform(&v->controller);
+    v->camera = ng_entity_create(world);
+    NG_TRY(ng_world_add(world, v->camera, NG_NAME, &name));
+    NG_TRY(ng_world_add(world, v->camera, NG_CAMERA, &lens));
+    return ng_world_add(world, v->camera, NG_TRANSFORM, &transform);
+}
+
+static ng_result open_viewer(struct viewer *v)
+{
+    const struct view *args = v->args;
+    struct ng_window_params window = {
+        .title = ng_path_name(args->scene), .width = args->size.width, .height = args->size.height};
+    NG_TRY(ng_window_create(&window, &v->window));
+    struct ng_stage_params stage = {
+        .scene = args->scene, .window = v->window, .device = args->device, .threads = args->threads};
+    NG_TRY(ng_stage_create(&stage, &v->stage));
+    struct ng_ui_params ui = {.gpu = v->stage->gpu, .format = VK_FORMAT_R8G8B8A8_UNORM};
+    NG_TRY(ng_ui_create(&ui, &v->ui));
+    v->playback = (struct ng_playback){.duration = (double)v->stage->scene.duration, .playing = true};
+    NG_TRY(ng_stage_seek(v->stage, 0, NULL)); // places the scene's camera
+    return create_camera(v);
+}
+
+static void react(struct viewer *v, float seconds)
+{
+    const struct ng_input *input = &v->window->input;
+    if (input->pressed[NG_KEY_ESCAPE])
+        ng_window_close(v->window);
+    if (input->pressed[NG_KEY_F1])
+        v->show_keys = !v->show_keys;
+
+    ng_playback_advance(&v->playback, (double)seconds);
+    if (input->pressed[' '])
+        v->playback.playing = !v->playback.playing;
+    if (input->pressed[NG_KEY_LEFT])
+        ng_playback_scrub(&v->playback, -SCRUB_S);
+    if (input->pressed[NG_KEY_RIGHT])
+        ng_playback_scrub(&v->playback, SCRUB_S);
+    if (input->pressed[NG_KEY_HOME])
+        ng_playback_seek(&v->playback, 0);
+
+    if (!ng_ui_has_pointer(v->ui))
+        ng_camera_controller_update(&v->controller, input, (float)v->window->height, seconds);
+}
+
+static ng_result move_camera(struct viewer *v)
+{
+    struct ng_transform transform = ng_camera_controller_transform(&v->controller);
+    return ng_world_set(v->stage->world, v->camera, NG_TRANSFORM, &transform);
+}
+
+static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng_graph_ref display)
+{
+    struct viewer *v = user;
+    if (v->show_keys) {
+        if (ng_ui_window_begin(v->ui, "Keys", 8, 8))
+            ng_ui_text(v->ui, "%s", keys);
+        ng_ui_window_end(v->ui);
+    }
+    return ng_ui_add_pass(v->ui, graph, display);
+}
+
+static ng_result draw(struct viewer *v, float seconds)
+{
+    struct ng_ui_frame ui = {v->window->width, v->window->height, seconds, &v->window->input};
+    ng_ui_begin(v->ui, &ui);
+    struct ng_stage_frame frame = {
+        .time = v->playback.time,
+        .still = v->playback.jumped,
+        .camera = camera_name,
+        .method = cli_methods[v->args->method],
+        .overlay = draw_ui,
+        .overlay_user = v,
+    };
+    return ng_stage_draw(v->stage, &frame);
+}
+
+static void show_title(struct viewer *v, double seconds)
+{
+    v->frame_ms += FRAME_SMOOTHING * (seconds * 1e3 - v->frame_ms);
+    v->title_age_s += seconds;
+    if (v->title_age_s < TITLE_INTERVAL_S)
+        return;
+    v->title_age_s = 0;
+    char title[256];
+    snprintf(title, sizeof title, "%s - %.1f ms - %s at %.2f s", ng_path_name(v->args->scene), v->frame_ms,
+             v->playback.playing ? "playing" : "paused", v->playback.time);
+    ng_window_set_title(v->window, title);
+}
+
+static ng_result loop(struct viewer *v)
+{
+    uint64_t before = ng_clock_ns();
+    while (!v->window->closed) {
+        ng_window_poll(v->window);
+        uint64_t now = ng_clock_ns();
+        double seconds = (double)(now - before) * 1e-9;
+        before = now;
+        react(v, (float)seconds);
+        show_title(v, seconds);
+        if (v->window->width == 0 || v->window->height == 0) {
+            ng_window_wait(v->window, TITLE_INTERVAL_S);
+            continue;
+        }
+        NG_TRY(move_camera(v));
+        NG_TRY(draw(v, (float)seconds));
+    }
+    return NG_OK;
+}
+
+static void close_viewer(struct viewer *v)
+{
+    ng_ui_destroy(&v->ui);
+    ng_stage_destroy(&v->stage);
+    ng_window_destroy(&v->window);
+}
+
+static int run(const void *args)
+{
+    struct viewer v = {.args = args};
+    ng_result result = open_viewer(&v);
+    if (result == NG_OK)
+        result = loop(&v);
+    close_viewer(&v);
+    return result == NG_OK ? CLI_DONE : CLI_FAILED;
+}
+
+const struct cli_command cli_view_command = {
+    .name = "view",
+    .summary = "Shows a scene in a window; F1 lists the keys.",
+    .notes = keys,
+    .options = options,
+    .option_count = NG_COUNT(options),
+    .values_size = sizeof(struct view),
+    .run = run,
+};
