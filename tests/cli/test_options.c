@@ -143,7 +143,7 @@ static void every_kind_of_value_is_parsed(void **state)
     assert_string_equal(g.outputs.items[0], "a.png");
     assert_string_equal(g.outputs.items[1], "b.exr");
 
-    assert_int_equal(parse("fern --days 7 --parts all", &g, said, sizeof said), CLI_RUN);
+    assert_int_equal(parse("fern --days 7 --parts flower,root,leaf,root", &g, said, sizeof said), CLI_RUN);
     assert_true(g.days.given && g.days.first == 7 && g.days.last == 7);
     assert_int_equal(g.parts, 7);
 }

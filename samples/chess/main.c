@@ -1,0 +1,128 @@
+// Chess: the program to read first. It loads a scene, plays its animation, and draws it, in a window
+//
+//     chess
+//
+// or, where there is no display, to numbered pictures:
+//
+//     chess --headless --frames 60 --out out/chess
+//
+// A stage (app/stage.h) holds one of each part of the engine, and draws frames with them. Errors are logged
+// where they happen, by name and with the reason; here they are only passed on.
+#include "app/playback.h"
+#include "app/stage.h"
+#include "app/window.h"
+#include "asset/png.h"
+#include "base/file.h"
+#include "base/result.h"
+#include "base/system.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define FRAMES_A_SECOND 30.0
+
+struct options {
+    const char *scene, *out;
+    bool headless;
+    int frames;
+};
+
+// In a window: time goes on as it does outside, until somebody presses Escape or closes it.
+static ng_result play(const struct options *o)
+{
+    struct ng_window *window;
+    struct ng_stage *stage;
+    NG_TRY(
+        ng_window_create(&(struct ng_window_params){.title = "Chess", .width = 960, .height = 720}, &window));
+    ng_result result =
+        ng_stage_create(&(struct ng_stage_params){.scene = o->scene, .window = window}, &stage);
+
+    struct ng_playback playback = {.playing = true};
+    uint64_t before_ns = ng_clock_ns();
+    if (result == NG_OK)
+        playback.duration = (double)stage->scene.duration;
+    while (result == NG_OK && !window->closed) {
+        uint64_t now_ns = ng_clock_ns();
+        ng_playback_advance(&playback, (double)(now_ns - before_ns) * 1e-9);
+        before_ns = now_ns;
+
+        ng_window_poll(window);
+        if (window->input.pressed[NG_KEY_ESCAPE])
+            ng_window_close(window);
+        result =
+            ng_stage_draw(stage, &(struct ng_stage_frame){.time = playback.time, .still = playback.jumped});
+    }
+    ng_stage_destroy(&stage);
+    ng_window_destroy(&window);
+    return result;
+}
+
+// Draws one frame and writes what a display would show: DIR/chess.0007.png.
+static ng_result write_frame(struct ng_stage *stage, const struct options *o, int number)
+{
+    static const char *const layers[] = {"display"};
+    NG_TRY(ng_stage_draw(stage, &(struct ng_stage_frame){
+                                    .time = number / FRAMES_A_SECOND,
+                                    .width = 512,
+                                    .height = 512,
+                                    .layers = layers,
+                                    .layer_count = 1,
+                                }));
+    struct ng_png_params png = {0};
+    const uint8_t *pixels;
+    NG_TRY(ng_renderer_display(stage->renderer, &pixels, &png.width, &png.height));
+    png.pixels = pixels;
+
+    char path[4096];
+    snprintf(path, sizeof path, "%s/chess.%04d.png", o->out, number);
+    NG_TRY(ng_png_write(path, &png));
+    puts(path);
+    return NG_OK;
+}
+
+// Without a display: every frame is drawn, however long it takes.
+static ng_result record(const struct options *o)
+{
+    struct ng_stage *stage;
+    NG_TRY(ng_file_make_directory(o->out));
+    NG_TRY(ng_stage_create(&(struct ng_stage_params){.scene = o->scene}, &stage));
+    ng_result result = NG_OK;
+    for (int i = 0; i < o->frames && result == NG_OK; i++)
+        result = write_frame(stage, o, i);
+    ng_stage_destroy(&stage);
+    return result;
+}
+
+static bool parse(int argc, char **argv, struct options *o)
+{
+    *o = (struct options){.scene = "content/chess/chess.glb", .out = "out", .frames = 1};
+    for (int i = 1; i < argc; i++) {
+        const char *value = i + 1 < argc ? argv[i + 1] : NULL;
+        if (strcmp(argv[i], "--headless") == 0) {
+            o->headless = true;
+            continue;
+        }
+        if (strcmp(argv[i], "--frames") == 0 && value && atoi(value) > 0)
+            o->frames = atoi(value);
+        else if (strcmp(argv[i], "--out") == 0 && value)
+            o->out = value;
+        else if (strcmp(argv[i], "--scene") == 0 && value)
+            o->scene = value;
+        else
+            return false;
+        i++;
+    }
+    return true;
+}
+
+int main(int argc, char **argv)
+{
+    struct options o;
+    if (!parse(argc, argv, &o)) {
+        fputs("usage: chess [--scene FILE] [--headless [--frames N] [--out DIR]]\n", stderr);
+        return 2;
+    }
+    return (o.headless ? record(&o) : play(&o)) == NG_OK ? 0 : 1;
+}
