@@ -23,10 +23,6 @@ static inline v4 load(const float *p)
     memcpy(&v, p, sizeof v);
     return v;
 }
-static inline v4 load3(const float *p)
-{
-    return (v4){p[0], p[1], p[2], 0};
-}
 static inline void store3(float *p, v4 v)
 {
     p[0] = v[0];
