@@ -64,25 +64,34 @@ static void observe_vpls(const struct ng_light_source *s, struct ng_light_gpu *o
     out->data.vpl_kind = s->type->infinite ? NG_VPL_DIRECTIONAL : delta ? NG_VPL_POINT : NG_VPL_AREA;
 }
 
+static double vpl_weight(const struct ng_vpl_data *v)
+{
+    return (double)v->weight[0] + (double)v->weight[1] + (double)v->weight[2];
+}
+
 // What makes penumbrae: the radius of a disk with the VPLs' second moment, or for lights at infinity the
-// tangent of the half angle under which they are spread.
-static float soft_radius(const struct ng_light_gpu *l, const struct ng_light_proxy *proxy, bool infinite)
+// tangent of the half angle under which they are spread; and how flat the emitter is.
+static void observe_softness(const struct ng_light_proxy *proxy, bool infinite, struct ng_light_gpu *l)
 {
     double sum = 0, weights = 0;
+    vec3 normal = {0};
     for (uint32_t i = 0; i < l->data.vpl_count; i++) {
-        const struct ng_vpl_data *v = &l->vpls[i];
-        double weight = (double)v->weight[0] + (double)v->weight[1] + (double)v->weight[2], square;
-        if (infinite) {
-            double c = glm_vec3_dot((float *)v->normal, (float *)proxy->direction);
-            square = 1.0 - c * c;
-        } else {
-            square = glm_vec3_distance2((float *)v->position, (float *)proxy->position);
-        }
+        struct ng_vpl_data *v = &l->vpls[i];
+        double weight = vpl_weight(v), c = glm_vec3_dot(v->normal, (float *)proxy->direction);
+        double square = infinite ? 1.0 - c * c : glm_vec3_distance2(v->position, (float *)proxy->position);
         sum += weight * square;
         weights += weight;
+        glm_vec3_muladds(v->normal, (float)weight, normal);
     }
-    float radius = weights > 0 ? (float)sqrt(2.0 * sum / weights) : 0.0f;
-    return infinite ? radius / sqrtf(fmaxf(1.0f - radius * radius, 0.5f)) : radius;
+    if (!(weights > 0))
+        return;
+    struct ng_light_data *d = &l->data;
+    float radius = (float)sqrt(2.0 * sum / weights);
+    d->soft_radius = infinite ? radius / sqrtf(fmaxf(1.0f - radius * radius, 0.5f)) : radius;
+    glm_vec3_scale(normal, (float)(1 / weights), normal);
+    d->soft_normal[0] = glm_vec3_dot(normal, d->look);
+    d->soft_normal[1] = glm_vec3_dot(normal, d->right);
+    d->soft_normal[2] = glm_vec3_dot(normal, d->up);
 }
 
 // ---- Views
@@ -106,25 +115,22 @@ static bool emits_into(const struct ng_light_gpu *l, const struct ng_light_view_
     return false;
 }
 
-static uint32_t cube_views(const struct ng_light_gpu *l, const struct ng_light_proxy *p, float near_plane,
-                           struct ng_light_view_data *views)
+// The faces of ng_light_data's cube into which the light sends something.
+static uint32_t cube_views(struct ng_light_gpu *l, float near_plane)
 {
-    vec3 f, u, r;
-    glm_vec3_copy((float *)p->direction, f);
-    glm_vec3_copy((float *)p->up, u);
-    glm_vec3_cross(f, u, r);
+    struct ng_light_data *d = &l->data;
+    const float *axes[3] = {d->look, d->right, d->up};
     uint32_t count = 0;
-    for (int face = 0; face < 6; face++) {
-        const float *axes[3] = {f, r, u};
-        float sign = face < 3 ? 1.0f : -1.0f;
+    for (uint32_t face = 0; face < 6; face++) {
         vec3 look;
-        glm_vec3_scale((float *)axes[face % 3], sign, look);
-        struct ng_light_view_data *v = &views[count];
+        glm_vec3_scale((float *)axes[face % 3], face < 3 ? 1.0f : -1.0f, look);
+        struct ng_light_view_data *v = &l->rsm_views[count];
         *v = (struct ng_light_view_data){.tangent = 1.0f, .depth_range = near_plane};
-        copy3(v->origin, p->position);
+        copy3(v->origin, d->proxy);
         set_axes(v, look, axes[(face + 2) % 3]);
         set_matrix(v, false);
-        count += emits_into(l, v);
+        if (emits_into(l, v))
+            d->layers |= ++count << (4 * face);
     }
     return count;
 }
@@ -169,25 +175,30 @@ static void cascade_views(const struct ng_snapshot *s, const struct ng_light_pro
 static void observe_views(const struct ng_snapshot *s, const struct ng_light_proxy *p, float aspect,
                           float cascade_radius, struct ng_light_gpu *l)
 {
-    float near_plane = NEAR_SHARE * s->scene_radius;
+    struct ng_light_view_data *first = &l->rsm_views[0];
+    struct ng_light_data *d = &l->data;
+    d->depth_range = NEAR_SHARE * s->scene_radius;
+    d->tangent = 1;
+    l->rsm_view_count = 1;
     switch (p->views) {
     case NG_VIEWS_CUBE:
-        l->rsm_view_count = cube_views(l, p, near_plane, l->rsm_views);
+        l->rsm_view_count = cube_views(l, d->depth_range);
         break;
     case NG_VIEWS_SINGLE_PERSPECTIVE:
-        l->rsm_views[0] =
-            (struct ng_light_view_data){.tangent = tanf(p->fov * 0.5f), .depth_range = near_plane};
-        copy3(l->rsm_views[0].origin, p->position);
-        set_axes(&l->rsm_views[0], p->direction, p->up);
-        set_matrix(&l->rsm_views[0], false);
-        l->rsm_view_count = 1;
+        d->tangent = tanf(p->fov * 0.5f);
+        d->layers = 1;
+        *first = (struct ng_light_view_data){.tangent = d->tangent, .depth_range = d->depth_range};
+        copy3(first->origin, p->position);
+        set_axes(first, p->direction, p->up);
+        set_matrix(first, false);
         break;
     case NG_VIEWS_SINGLE_ORTHOGRAPHIC:
-        orthographic_view(s, p, s->scene_center, p->extent, &l->rsm_views[0]);
-        l->rsm_view_count = 1;
+        d->depth_range = 2 * s->scene_radius;
+        d->window_count = 1;
+        orthographic_view(s, p, s->scene_center, p->extent, first);
         if (s->scene_radius > cascade_radius) {
+            d->window_count = l->depth_view_count = CASCADES;
             cascade_views(s, p, aspect, l->depth_views);
-            l->depth_view_count = CASCADES;
             return;
         }
         break;
@@ -200,39 +211,47 @@ void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, fl
                           float cascade_radius, struct ng_light_gpu *out)
 {
     const struct ng_light_source *source = &snapshot->lights[light].source;
+    struct ng_light_data *d = &out->data;
     struct ng_light_proxy proxy;
     *out = (struct ng_light_gpu){0};
     observe_vpls(source, out);
     ng_light_proxy_of(source, &proxy);
-    observe_views(snapshot, &proxy, aspect, cascade_radius, out);
-    struct ng_light_data *d = &out->data;
     copy3(d->proxy, proxy.position);
-    copy3(d->axis, proxy.direction);
+    copy3(d->look, proxy.direction);
+    copy3(d->up, proxy.up);
+    glm_vec3_cross(d->look, d->up, d->right);
     ng_light_cone(source, &d->cone_scale, &d->cone_offset);
-    d->soft_radius = soft_radius(out, &proxy, source->type->infinite);
+    observe_softness(&proxy, source->type->infinite, out);
     d->vpl_radius =
         d->vpl_kind == NG_VPL_AREA && d->vpl_count ? d->soft_radius / sqrtf((float)d->vpl_count) : 0;
-    d->orthographic = proxy.views == NG_VIEWS_SINGLE_ORTHOGRAPHIC;
     d->index = light;
-    d->view_count = out->depth_view_count;
+    observe_views(snapshot, &proxy, aspect, cascade_radius, out);
+}
+
+static void snap_to_texels(struct ng_light_view_data *v, float texel)
+{
+    const float *axes[2] = {v->axis_x, v->axis_y};
+    for (int a = 0; a < 2; a++) {
+        float at = glm_vec3_dot((float *)axes[a], v->origin);
+        glm_vec3_muladds((float *)axes[a], floorf(at / texel) * texel - at, v->origin);
+    }
+    set_matrix(v, true);
 }
 
 void ng_light_gpu_set_face_size(struct ng_light_gpu *l, uint32_t face_size)
 {
-    l->data.face_size = (float)face_size;
-    if (l->depth_view_count == l->rsm_view_count)
-        return;
-    for (uint32_t i = 0; i < l->depth_view_count; i++) {
+    struct ng_light_data *d = &l->data;
+    d->face_size = (float)face_size;
+    for (uint32_t i = 0; i < d->window_count; i++) {
         struct ng_light_view_data *v = &l->depth_views[i];
-        float texel = 2 * v->tangent / (float)face_size;
-        const float *axes[2] = {v->axis_x, v->axis_y};
-        for (int a = 0; a < 2; a++) {
-            float at = glm_vec3_dot((float *)axes[a], v->origin);
-            float move = floorf(at / texel) * texel - at;
-            for (int k = 0; k < 3; k++)
-                v->origin[k] += axes[a][k] * move;
-        }
-        set_matrix(v, true);
+        if (d->window_count > 1) // cascades follow the camera, but never by a part of a texel
+            snap_to_texels(v, 2 * v->tangent / d->face_size);
+        vec3 offset;
+        glm_vec3_sub(v->origin, d->proxy, offset);
+        d->windows[i][0] = glm_vec3_dot(offset, d->right);
+        d->windows[i][1] = glm_vec3_dot(offset, d->up);
+        d->windows[i][2] = v->tangent;
+        d->windows[i][3] = glm_vec3_dot(offset, d->look);
     }
 }
 

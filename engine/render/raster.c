@@ -1,4 +1,5 @@
-// One pass a light, "direct:<light>", adding to the sums of unshadowed and shadowed direct light.
+// Two passes a light: "direct:<light>/visibility" finds how much of it each pixel sees,
+// "direct:<light>/radiance" adds it to the sums of unshadowed and shadowed direct light.
 #include "render/raster.h"
 
 #include "render/frame.h"
@@ -7,6 +8,7 @@
 #include "render/scene_gpu.h"
 
 #include "direct.frag.spv.h"
+#include "visibility.frag.spv.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,38 +18,65 @@ const struct ng_item_type ng_radiance_item = {"radiance", sizeof(struct ng_radia
 
 struct ng_raster {
     struct ng_gpu *gpu;
-    struct ng_gpu_pipeline *direct;
+    struct ng_gpu_pipeline *visibility, *direct;
 };
 
-ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out)
+#define TEXTURE(n)                                                                                           \
+    {                                                                                                        \
+        .binding = (n), .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER                                    \
+    }
+
+static ng_result make_visibility(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
+{
+    static const struct ng_gpu_slot slots[] = {TEXTURE(1),
+                                               TEXTURE(3),
+                                               TEXTURE(4),
+                                               TEXTURE(5),
+                                               {.binding = 8, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER}};
+    return ng_fullscreen_create(gpu,
+                                &(struct ng_gpu_graphics_params){.name = "visibility",
+                                                                 .fragment = NG_SPIRV(ng_spv_visibility_frag),
+                                                                 .slots = slots,
+                                                                 .slot_count = NG_COUNT(slots),
+                                                                 .color_formats = {VK_FORMAT_R16_SFLOAT},
+                                                                 .color_count = 1},
+                                out);
+}
+
+static ng_result make_direct(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
 {
     static const struct ng_gpu_slot slots[] = {
         {.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
-        {.binding = 1, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-        {.binding = 2, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-        {.binding = 3, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-        {.binding = 4, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-        {.binding = 5, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-        {.binding = 7, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        TEXTURE(1),
+        TEXTURE(2),
+        TEXTURE(3),
+        TEXTURE(4),
+        TEXTURE(5),
         {.binding = 8, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
         {.binding = 9, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
     };
-    struct ng_raster *self = calloc(1, sizeof *self);
-    if (!self)
-        return NG_ERROR_MEMORY;
-    self->gpu = gpu;
-    ng_result r = ng_fullscreen_create(
+    return ng_fullscreen_create(
         gpu,
         &(struct ng_gpu_graphics_params){
             .name = "direct",
-
             .fragment = NG_SPIRV(ng_spv_direct_frag),
             .slots = slots,
             .slot_count = NG_COUNT(slots),
             .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT},
             .color_count = 2,
             .blend = NG_GPU_BLEND_ADD},
-        &self->direct);
+        out);
+}
+
+ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out)
+{
+    struct ng_raster *self = calloc(1, sizeof *self);
+    if (!self)
+        return NG_ERROR_MEMORY;
+    self->gpu = gpu;
+    ng_result r = make_visibility(gpu, &self->visibility);
+    if (r == NG_OK)
+        r = make_direct(gpu, &self->direct);
     if (r != NG_OK)
         ng_raster_destroy(&self);
     *out = self;
@@ -59,6 +88,7 @@ void ng_raster_destroy(struct ng_raster **raster)
     struct ng_raster *self = *raster;
     if (!self)
         return;
+    ng_gpu_pipeline_destroy(&self->visibility);
     ng_gpu_pipeline_destroy(&self->direct);
     free(self);
     *raster = NULL;
@@ -69,20 +99,42 @@ struct pass_data {
     const struct ng_frame_info *frame;
     const struct ng_gbuffer *gbuffer;
     const struct ng_light_maps *maps;
+    struct ng_graph_ref visibility;
 };
+
+static ng_result draw(const struct ng_pass_context *ctx, const struct ng_gpu_pipeline *pipeline,
+                      const struct ng_gpu_binding *bindings, uint32_t count)
+{
+    NG_TRY(ng_cmd_bind(ctx->cmd, pipeline, bindings, count));
+    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
+    return NG_OK;
+}
+
+static ng_result find_visibility(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    struct ng_gpu_binding light[3];
+    ng_light_gpu_bindings(d->maps->gpu, false, light);
+    const struct ng_gpu_binding bindings[] = {
+        ng_pass_texture(ctx, d->gbuffer->position, 1), ng_pass_texture(ctx, d->gbuffer->diffuse, 3),
+        ng_pass_texture(ctx, d->gbuffer->specular, 4), ng_pass_texture(ctx, d->maps->depth, 5), light[1]};
+    return draw(ctx, d->self->visibility, bindings, NG_COUNT(bindings));
+}
 
 static ng_result add_light(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
-    struct ng_gpu_binding bindings[9] = {
-        ng_scene_gpu_view(d->frame->scene, 0),         ng_pass_texture(ctx, d->gbuffer->position, 1),
-        ng_pass_texture(ctx, d->gbuffer->normal, 2),   ng_pass_texture(ctx, d->gbuffer->diffuse, 3),
-        ng_pass_texture(ctx, d->gbuffer->specular, 4), ng_pass_texture(ctx, d->maps->depth, 5),
-    };
-    ng_light_gpu_bindings(d->maps->gpu, false, bindings + 6);
-    NG_TRY(ng_cmd_bind(ctx->cmd, d->self->direct, bindings, NG_COUNT(bindings)));
-    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
-    return NG_OK;
+    struct ng_gpu_binding light[3];
+    ng_light_gpu_bindings(d->maps->gpu, false, light);
+    const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(d->frame->scene, 0),
+                                              ng_pass_texture(ctx, d->gbuffer->position, 1),
+                                              ng_pass_texture(ctx, d->gbuffer->normal, 2),
+                                              ng_pass_texture(ctx, d->gbuffer->diffuse, 3),
+                                              ng_pass_texture(ctx, d->gbuffer->specular, 4),
+                                              ng_pass_texture(ctx, d->visibility, 5),
+                                              light[1],
+                                              light[2]};
+    return draw(ctx, d->self->direct, bindings, NG_COUNT(bindings));
 }
 
 static ng_result add_nothing(const struct ng_pass_context *ctx)
@@ -98,6 +150,40 @@ static struct ng_graph_ref sum_image(struct ng_graph *g, const struct ng_frame_i
                                                               .width = frame->width,
                                                               .height = frame->height,
                                                               .clear = true});
+}
+
+static struct ng_pass *add_pass(struct ng_graph *g, const char *what, ng_pass_fn run,
+                                const struct pass_data *data)
+{
+    char name[160];
+    snprintf(name, sizeof name, "direct:%s%s", data->maps->name, what);
+    struct ng_pass *pass = ng_graph_add_pass(
+        g, &(struct ng_pass_params){
+               .name = name, .kind = NG_PASS_RASTER, .run = run, .data = data, .data_size = sizeof *data});
+    ng_pass_read(pass, data->gbuffer->position, NG_USE_SAMPLED);
+    ng_pass_read(pass, data->gbuffer->diffuse, NG_USE_SAMPLED);
+    ng_pass_read(pass, data->gbuffer->specular, NG_USE_SAMPLED);
+    return pass;
+}
+
+static void declare_light(struct ng_graph *g, struct pass_data *data, struct ng_radiance *sum)
+{
+    char name[160];
+    snprintf(name, sizeof name, "direct:%s/visibility", data->maps->name);
+    struct ng_pass *pass = add_pass(g, "/visibility", find_visibility, data);
+    ng_pass_read(pass, data->maps->depth, NG_USE_SAMPLED);
+    data->visibility =
+        ng_pass_write(pass,
+                      ng_graph_add_image(g, name,
+                                         &(struct ng_graph_image_params){.format = VK_FORMAT_R16_SFLOAT,
+                                                                         .width = data->frame->width,
+                                                                         .height = data->frame->height}),
+                      NG_USE_COLOR);
+    pass = add_pass(g, "/radiance", add_light, data);
+    ng_pass_read(pass, data->gbuffer->normal, NG_USE_SAMPLED);
+    ng_pass_read(pass, data->visibility, NG_USE_SAMPLED);
+    sum->unshadowed = ng_pass_write(pass, sum->unshadowed, NG_USE_COLOR);
+    sum->direct = ng_pass_write(pass, sum->direct, NG_USE_COLOR);
 }
 
 static ng_result consume(struct ng_composer *composer, void *user)
@@ -119,20 +205,7 @@ static ng_result consume(struct ng_composer *composer, void *user)
     }
     for (size_t i = 0; i < count; i++) {
         data.maps = ng_composer_get(composer, &ng_light_maps_item, i);
-        char name[160];
-        snprintf(name, sizeof name, "direct:%s", data.maps->name);
-        struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = name,
-                                                                             .kind = NG_PASS_RASTER,
-                                                                             .run = add_light,
-                                                                             .data = &data,
-                                                                             .data_size = sizeof data});
-        ng_pass_read(pass, data.gbuffer->position, NG_USE_SAMPLED);
-        ng_pass_read(pass, data.gbuffer->normal, NG_USE_SAMPLED);
-        ng_pass_read(pass, data.gbuffer->diffuse, NG_USE_SAMPLED);
-        ng_pass_read(pass, data.gbuffer->specular, NG_USE_SAMPLED);
-        ng_pass_read(pass, data.maps->depth, NG_USE_SAMPLED);
-        out.unshadowed = ng_pass_write(pass, out.unshadowed, NG_USE_COLOR);
-        out.direct = ng_pass_write(pass, out.direct, NG_USE_COLOR);
+        declare_light(g, &data, &out);
     }
     return ng_composer_publish(composer, &ng_radiance_item, &out);
 }

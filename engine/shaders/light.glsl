@@ -3,7 +3,7 @@
 // What the cone of a spot light leaves in a direction (KHR_lights_punctual); 1 for every other light.
 float light_cone(ng_light_data light, vec3 direction)
 {
-    float a = clamp(dot(light.axis, direction) * light.cone_scale + light.cone_offset, 0.0, 1.0);
+    float a = clamp(dot(light.look, direction) * light.cone_scale + light.cone_offset, 0.0, 1.0);
     return a * a;
 }
 

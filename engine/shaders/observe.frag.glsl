@@ -39,7 +39,7 @@ void main()
     float half_size = v.tangent / MAP_SIZE;
     vec3 direction;
     vec3 power;
-    if (light.orthographic != 0) {
+    if (light.window_count != 0) {
         direction = v.axis_z;
         power = light_intensity(light, direction) * (4 * half_size * half_size);
     } else {

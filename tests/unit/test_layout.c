@@ -5,6 +5,7 @@
 
 #include "direct.frag.spv.h"
 #include "gbuffer_plain.frag.spv.h"
+#include "observe_plain.frag.spv.h"
 
 #include <stdbool.h>
 
@@ -48,16 +49,22 @@ static const struct member members[] = {
     M(ng_light_view_data, axis_z),
     M(ng_light_view_data, origin),
     M(ng_light_data, proxy),
-    M(ng_light_data, view_count),
-    M(ng_light_data, axis),
+    M(ng_light_data, layers),
+    M(ng_light_data, look),
+    M(ng_light_data, tangent),
+    M(ng_light_data, right),
+    M(ng_light_data, depth_range),
+    M(ng_light_data, up),
+    M(ng_light_data, face_size),
+    M(ng_light_data, windows),
+    M(ng_light_data, window_count),
+    M(ng_light_data, soft_radius),
+    M(ng_light_data, soft_normal),
     M(ng_light_data, cone_scale),
     M(ng_light_data, cone_offset),
-    M(ng_light_data, soft_radius),
-    M(ng_light_data, orthographic),
     M(ng_light_data, vpl_kind),
     M(ng_light_data, vpl_count),
     M(ng_light_data, vpl_radius),
-    M(ng_light_data, face_size),
     M(ng_light_data, index),
     M(ng_vpl_data, position),
     M(ng_vpl_data, normal),
@@ -128,6 +135,7 @@ static void offsets_agree(void **state)
     const struct module modules[] = {
         {ng_spv_direct_frag, NG_COUNT(ng_spv_direct_frag)},
         {ng_spv_gbuffer_plain_frag, NG_COUNT(ng_spv_gbuffer_plain_frag)},
+        {ng_spv_observe_plain_frag, NG_COUNT(ng_spv_observe_plain_frag)},
     };
     for (size_t i = 0; i < NG_COUNT(members); i++) {
         int found = 0;

@@ -56,18 +56,34 @@ struct ng_light_view_data {
 };
 
 // What the passes need to know of a light, whatever its type.
+//
+// Its frame has the axes look, right and up; coordinates in it are relative to the proxy. Perspective views
+// are the faces of a cube in that frame, of which each is a layer of the depth map or missing; a spot has the
+// first alone. The picture of the face along axis k (0 look, 1 right, 2 up) has axis k+1 to its right and
+// axis k+2 upwards; the opposite face is turned by half a turn about axis k+2.
 struct ng_light_data {
     NG_VEC3(proxy);
-    NG_UINT(view_count);
-    NG_VEC3(axis);        // spot: direction of the cone
+    NG_UINT(layers); // four bits a face (+look, +right, +up, -look, -right, -up): 0 none, else layer + 1
+    NG_VEC3(look);
+    NG_FLOAT(tangent); // perspective: tan of half the field of view
+    NG_VEC3(right);
+    NG_FLOAT(depth_range); // perspective: near plane, metres; orthographic: depth of the slab, metres
+    NG_VEC3(up);
+    NG_FLOAT(face_size); // texels of the depth map
+    // Orthographic views, finest first: centre along right and up, half width, start of the slab along look;
+    // metres, relative to the proxy.
+    NG_VEC4_ARRAY(windows, 4);
+    NG_UINT(window_count); // 0: perspective
+    // What makes penumbrae: the radius of an emitter with the same second moment, metres, and the direction
+    // in which it is flat, in the light's frame, of length 0 (a ball) to 1 (a disk). At infinity: the tangent
+    // of the half angle.
+    NG_FLOAT(soft_radius);
+    NG_VEC3(soft_normal);
     NG_FLOAT(cone_scale); // spot: falloff = clamp(cos * scale + offset)^2; other lights: 0 and 1
     NG_FLOAT(cone_offset);
-    NG_FLOAT(soft_radius); // what makes a penumbra: radius, metres; orthographic: tan of the half angle
-    NG_UINT(orthographic);
     NG_UINT(vpl_kind); // NG_VPL_*
     NG_UINT(vpl_count);
     NG_FLOAT(vpl_radius); // of the disk that one VPL stands for, metres
-    NG_FLOAT(face_size);  // texels of the depth map
     NG_UINT(index);       // in the snapshot
 };
 

@@ -6,16 +6,16 @@
 #define NG_SHARED_TONEMAP_H
 
 #ifdef GL_core_profile
-#define NG_TONEMAP_FN float
+#define NG_TONEMAP_FN   float
 #define ng_tonemap_pow_ pow
 #else
 #include <math.h>
-#define NG_TONEMAP_FN static inline float
+#define NG_TONEMAP_FN   static inline float
 #define ng_tonemap_pow_ powf
 #endif
 
-// One channel of a linear colour (exposure applied, not negative); `peak` and `toe` are the largest and the smallest of
-// the three channels.
+// One channel of a linear colour (exposure applied, not negative); `peak` and `toe` are the largest and the
+// smallest of the three channels.
 NG_TONEMAP_FN ng_tonemap(float x, float peak, float toe)
 {
     const float start = 0.8f - 0.04f, desaturation = 0.15f;
