@@ -27,8 +27,9 @@ float filtered_visibility(ivec2 at, vec3 p, vec3 n)
 {
     ivec2 last = textureSize(position_map, 0) - 1;
     float reach = 0.02 * length(view.position - p), sum = 0, weights = 0;
-    for (int y = -1; y <= 1; y++)
-        for (int x = -1; x <= 1; x++) {
+    int radius = light.soft_radius > 0 ? 1 : 0; // hard shadows stay hard
+    for (int y = -radius; y <= radius; y++)
+        for (int x = -radius; x <= radius; x++) {
             ivec2 q = clamp(at + ivec2(x, y), ivec2(0), last);
             vec4 other = texelFetch(position_map, q, 0);
             float w = other.w > 0 && abs(dot(other.xyz - p, n)) < 0.1 * reach ? 1.0 : 0.0;
