@@ -128,7 +128,10 @@ static bool sample_passes(struct measurement *m, struct ng_graph *graph, bool me
 static ng_result measure_frame(const struct bench *b, struct ng_stage *stage, uint32_t n,
                                struct measurement *m)
 {
+    static const char *const layers[] = {"display"}; // what nobody asks for would not be drawn
     struct ng_stage_frame frame = {
+        .layers = layers,
+        .layer_count = NG_COUNT(layers),
         .time = n / CLI_FRAMES_A_SECOND,
         .width = b->size.width,
         .height = b->size.height,
