@@ -24,11 +24,13 @@ struct render {
 
 const char *const cli_methods[] = {"raster", NULL};
 
-// "beauty" is in every EXR, so it is not asked for.
+// What --aov takes: the names of layers, then "all".
 static const char *aov_name(uint32_t index)
 {
     const struct ng_layer_info *info = ng_renderer_layer_info(index);
-    return info ? info->name : NULL;
+    if (info)
+        return info->name;
+    return index > 0 && ng_renderer_layer_info(index - 1) ? "all" : NULL;
 }
 
 static const struct cli_option options[] = {
@@ -85,7 +87,7 @@ struct job {
     const struct render *render;
     struct ng_stage *stage;
     uint64_t scene_hash;
-    const char *layers[MAX_LAYERS]; // of an EXR: beauty first, then what --aov names
+    const char *layers[MAX_LAYERS]; // of an EXR: beauty and what --aov names
     uint32_t layer_count;
     const char *wanted[MAX_LAYERS + 1]; // the same and "display", as far as outputs need them
     uint32_t wanted_count;
@@ -117,13 +119,28 @@ static bool check_options(const struct render *r)
     return !r->aovs || exr;
 }
 
+// Whether "all" means this layer: what the method does not compute is an error only if asked for by name.
+static bool all_has(const struct render *r, const char *layer)
+{
+    return strcmp(cli_methods[r->method], "raster") != 0 || strcmp(layer, "indirect") != 0;
+}
+
+static bool wants_layer(const struct render *r, uint32_t index, const char *layer)
+{
+    uint32_t all = 0;
+    while (ng_renderer_layer_info(all))
+        all++;
+    // "beauty" is in every EXR.
+    return strcmp(layer, "beauty") == 0 || r->aovs >> index & 1 || (r->aovs >> all & 1 && all_has(r, layer));
+}
+
 static void choose_layers(struct job *job)
 {
     const struct render *r = job->render;
-    job->layers[job->layer_count++] = "beauty";
-    for (uint32_t i = 0; aov_name(i) && job->layer_count < MAX_LAYERS; i++) {
-        if (r->aovs >> i & 1 && strcmp(aov_name(i), "beauty") != 0)
-            job->layers[job->layer_count++] = aov_name(i);
+    const struct ng_layer_info *info;
+    for (uint32_t i = 0; (info = ng_renderer_layer_info(i)) && job->layer_count < MAX_LAYERS; i++) {
+        if (wants_layer(r, i, info->name))
+            job->layers[job->layer_count++] = info->name;
     }
     bool exr = false, png = false;
     for (uint32_t i = 0; i < r->outputs.count; i++)
@@ -259,7 +276,8 @@ static int run(const void *args)
 const struct cli_command cli_render_command = {
     .name = "render",
     .summary = "Renders a scene to pictures; no display is needed.",
-    .notes = "A sequence is numbered: -o out/chess.png --frames 0..59 writes out/chess.0000.png to "
+    .notes = "--aov all: every layer that the method computes.\n"
+             "A sequence is numbered: -o out/chess.png --frames 0..59 writes out/chess.0000.png to "
              "out/chess.0059.png.",
     .options = options,
     .option_count = NG_COUNT(options),
