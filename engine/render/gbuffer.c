@@ -60,7 +60,7 @@ static ng_result make_scene_pipeline(struct ng_gpu *gpu, bool textured, struct n
     };
     for (int i = 0; i < COLORS; i++)
         p.color_formats[i] = colors[i].format;
-    ng_scene_gpu_vertex_input(textured ? NG_STREAMS_SURFACE_TEXTURED : NG_STREAMS_SURFACE, &p);
+    ng_scene_gpu_vertex_input(textured ? NG_STREAMS_SURFACE_MOVING : NG_STREAMS_SURFACE, &p);
     return ng_gpu_graphics_create(gpu, &p, out);
 }
 
@@ -135,7 +135,7 @@ static ng_result draw_scene(const struct ng_pass_context *ctx)
                              &(struct ng_draw_params){.plain = d->provider->plain,
                                                       .textured = d->provider->textured,
                                                       .plain_streams = NG_STREAMS_SURFACE,
-                                                      .textured_streams = NG_STREAMS_SURFACE_TEXTURED,
+                                                      .textured_streams = NG_STREAMS_SURFACE_MOVING,
                                                       .bindings = bindings,
                                                       .binding_count = NG_COUNT(bindings),
                                                       .view_projection = ng_scene_gpu_camera(scene),

@@ -222,8 +222,7 @@ void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, fl
     glm_vec3_cross(d->look, d->up, d->right);
     ng_light_cone(source, &d->cone_scale, &d->cone_offset);
     observe_softness(&proxy, source->type->infinite, out);
-    d->vpl_radius =
-        d->vpl_kind == NG_VPL_AREA && d->vpl_count ? d->soft_radius / sqrtf((float)d->vpl_count) : 0;
+    d->vpl_radius = d->vpl_count ? d->soft_radius / sqrtf((float)d->vpl_count) : 0;
     d->index = light;
     observe_views(snapshot, &proxy, aspect, cascade_radius, out);
 }

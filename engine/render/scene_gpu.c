@@ -60,39 +60,30 @@ struct ng_scene_gpu {
 // ---- Vertex input
 // --------------------------------------------------------------------------------------------
 
+static const uint32_t stream_counts[] = {[NG_STREAMS_POSITION] = 1,
+                                         [NG_STREAMS_POSITION_UV] = 2,
+                                         [NG_STREAMS_SURFACE] = 2,
+                                         [NG_STREAMS_SURFACE_TEXTURED] = 4,
+                                         [NG_STREAMS_SURFACE_MOVING] = 5};
+
 void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_graphics_params *params)
 {
-    static const struct ng_gpu_vertex_binding position[] = {{.stride = 12}};
     static const struct ng_gpu_vertex_binding position_uv[] = {{.stride = 12}, {.stride = 8}};
     static const struct ng_gpu_vertex_binding surface[] = {
-        {.stride = 12}, {.stride = 12}, {.stride = 12}, {.stride = 16}, {.stride = 8}};
+        {.stride = 12}, {.stride = 12}, {.stride = 16}, {.stride = 8}, {.stride = 12}};
     static const struct ng_gpu_vertex_attribute surface_attributes[] = {
         {.location = 0, .binding = 0, .format = VK_FORMAT_R32G32B32_SFLOAT},
         {.location = 1, .binding = 1, .format = VK_FORMAT_R32G32B32_SFLOAT},
-        {.location = 2, .binding = 2, .format = VK_FORMAT_R32G32B32_SFLOAT},
-        {.location = 3, .binding = 3, .format = VK_FORMAT_R32G32B32A32_SFLOAT},
-        {.location = 4, .binding = 4, .format = VK_FORMAT_R32G32_SFLOAT}};
+        {.location = 2, .binding = 2, .format = VK_FORMAT_R32G32B32A32_SFLOAT},
+        {.location = 3, .binding = 3, .format = VK_FORMAT_R32G32_SFLOAT},
+        {.location = 4, .binding = 4, .format = VK_FORMAT_R32G32B32_SFLOAT}};
     static const struct ng_gpu_vertex_attribute position_uv_attributes[] = {
         {.location = 0, .binding = 0, .format = VK_FORMAT_R32G32B32_SFLOAT},
         {.location = 1, .binding = 1, .format = VK_FORMAT_R32G32_SFLOAT}};
-    switch (streams) {
-    case NG_STREAMS_POSITION:
-        params->vertex_bindings = position;
-        params->vertex_attributes = surface_attributes;
-        params->vertex_binding_count = params->vertex_attribute_count = 1;
-        break;
-    case NG_STREAMS_POSITION_UV:
-        params->vertex_bindings = position_uv;
-        params->vertex_attributes = position_uv_attributes;
-        params->vertex_binding_count = params->vertex_attribute_count = 2;
-        break;
-    case NG_STREAMS_SURFACE:
-    case NG_STREAMS_SURFACE_TEXTURED:
-        params->vertex_bindings = surface;
-        params->vertex_attributes = surface_attributes;
-        params->vertex_binding_count = params->vertex_attribute_count = streams == NG_STREAMS_SURFACE ? 3 : 5;
-        break;
-    }
+    bool uv_only = streams == NG_STREAMS_POSITION_UV;
+    params->vertex_bindings = uv_only ? position_uv : surface;
+    params->vertex_attributes = uv_only ? position_uv_attributes : surface_attributes;
+    params->vertex_binding_count = params->vertex_attribute_count = stream_counts[streams];
 }
 
 // ---- Life
@@ -378,7 +369,7 @@ static struct draw_key draw_key(const struct ng_scene_gpu *s, uint32_t index)
 {
     const struct ng_snapshot_instance *instance = &s->snapshot->instances[index];
     const struct ng_snapshot_material *m = &s->snapshot->materials[instance->material];
-    uint64_t textured = is_textured(m), masked = m->alpha_mask;
+    uint64_t textured = is_textured(m) || s->snapshot->meshes[instance->mesh].dynamic, masked = m->alpha_mask;
     uint64_t facing = instance->flags & (NG_INSTANCE_DOUBLE_SIDED | NG_INSTANCE_MIRRORED);
     return (struct draw_key){.sort = textured << 63 | masked << 62 | facing << 32 | instance->mesh,
                              .group = textured ? group_key(s, m) : 0,
@@ -428,8 +419,35 @@ static void fill_view(struct ng_scene_gpu *s, uint32_t width, uint32_t height)
         s->view.position[i] = c->position[i];
     }
     s->view.exposure = c->exposure;
+    s->view.near_plane = c->near_plane;
     s->view.size[0] = (float)width;
     s->view.size[1] = (float)height;
+}
+
+static void expand(const float rows[12], mat4 out)
+{
+    glm_mat4_identity(out);
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 4; column++)
+            out[column][row] = rows[row * 4 + column];
+}
+
+// World now to world in the last frame, of a rigid instance. Where a placement cannot be inverted nothing is
+// seen.
+static void to_previous(const struct ng_snapshot_instance *i, float rows[12])
+{
+    mat4 now, before;
+    expand(i->matrix, now);
+    if (memcmp(i->matrix, i->previous_matrix, sizeof i->matrix) == 0) {
+        glm_mat4_identity(now);
+    } else {
+        expand(i->previous_matrix, before);
+        glm_mat4_inv(now, now);
+        glm_mat4_mul(before, now, now);
+    }
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 4; column++)
+            rows[row * 4 + column] = now[column][row];
 }
 
 static struct ng_instance_data instance_data(const struct ng_snapshot_instance *i)
@@ -438,6 +456,7 @@ static struct ng_instance_data instance_data(const struct ng_snapshot_instance *
         .material = i->material, .entity = ng_entity_index(i->entity), .flags = i->flags, .light = i->light};
     memcpy(d.matrix, i->matrix, sizeof d.matrix);
     memcpy(d.previous_matrix, i->previous_matrix, sizeof d.previous_matrix);
+    to_previous(i, d.to_previous);
     return d;
 }
 
@@ -601,12 +620,11 @@ static void set_streams(struct draw_state *d, const struct mesh_entry *e, enum n
 {
     VkBuffer b = e->buffers[e->current]->handle;
     VkBuffer buffers[] = {b, b, b, b, b};
-    VkDeviceSize surface[] = {e->offsets[STREAM_POSITION],
-                              e->moved ? e->previous_offset : e->offsets[STREAM_POSITION],
-                              e->offsets[STREAM_NORMAL], e->offsets[STREAM_TANGENT], e->offsets[STREAM_UV]};
+    VkDeviceSize surface[] = {e->offsets[STREAM_POSITION], e->offsets[STREAM_NORMAL],
+                              e->offsets[STREAM_TANGENT], e->offsets[STREAM_UV],
+                              e->moved ? e->previous_offset : e->offsets[STREAM_POSITION]};
     VkDeviceSize position_uv[] = {e->offsets[STREAM_POSITION], e->offsets[STREAM_UV]};
-    static const uint32_t counts[] = {1, 2, 3, 5};
-    vkCmdBindVertexBuffers(d->cmd->handle, 0, counts[streams], buffers,
+    vkCmdBindVertexBuffers(d->cmd->handle, 0, stream_counts[streams], buffers,
                            streams == NG_STREAMS_POSITION_UV ? position_uv : surface);
     vkCmdBindIndexBuffer(d->cmd->handle, b, e->offsets[STREAM_INDEX], VK_INDEX_TYPE_UINT32);
 }
@@ -619,7 +637,7 @@ static ng_result draw_run(struct draw_state *d, const struct run *r)
     const struct ng_draw_params *p = d->params;
     const struct ng_snapshot_mesh *mesh = &s->snapshot->meshes[r->instance->mesh];
     const struct ng_snapshot_material *material = &s->snapshot->materials[r->instance->material];
-    bool textured = p->depth_only ? material->alpha_mask : is_textured(material);
+    bool textured = p->depth_only ? material->alpha_mask : is_textured(material) || mesh->dynamic;
     NG_TRY(set_pipeline(d, textured ? p->textured : p->plain));
     if (textured) {
         const struct ng_gpu_bind_group *group;

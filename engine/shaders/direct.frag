@@ -52,25 +52,25 @@ void main()
     vec3 n = normal_roughness.xyz, p = position.xyz;
     vec3 flat_n = flat_normal(diffuse.w, specular.w);
     vec3 v = normalize(view.position - p);
-    float n_v = max(dot(n, v), 1e-4);
+    float n_v = max(dot(n, v), 1e-4), alpha = normal_roughness.w * normal_roughness.w;
 
     vec3 sum = vec3(0);
     for (uint i = 0; i < light.vpl_count; i++) {
         vec3 l, irradiance = vpls[i].weight;
-        float roughness = normal_roughness.w;
+        float patch_tangent = light.vpl_radius; // under which the receiver sees the patch that the VPL stands for
         if (light.vpl_kind == NG_VPL_DIRECTIONAL) {
             l = -vpls[i].normal;
         } else {
             vec3 d = vpls[i].position - p;
             float square = max(dot(d, d), 1e-8);
             l = d * inversesqrt(square);
-            // A VPL stands for a patch, not a point: near ones are clamped to the patch's size, and highlights are as
-            // wide as the patch looks.
+            patch_tangent *= inversesqrt(square);
+            // A patch is no point: near ones are clamped to their size.
             irradiance /= max(square, light.vpl_radius * light.vpl_radius);
             irradiance *= light.vpl_kind == NG_VPL_AREA ? max(-dot(vpls[i].normal, l), 0.0) : light_cone(light, -l);
-            float alpha = min(roughness * roughness + 0.5 * light.vpl_radius * inversesqrt(square), 1.0);
-            roughness = sqrt(alpha);
         }
+        // Highlights are at least as wide as the patch looks, or they would show the VPLs one by one.
+        float roughness = sqrt(min(alpha + 0.5 * patch_tangent, 1.0));
         float n_l = dot(n, l);
         if (n_l <= 0 || dot(flat_n, l) <= 0)
             continue;

@@ -10,6 +10,29 @@ layout(location = 4) out vec4 out_emission;
 layout(location = 5) out vec2 out_motion;    // pixels, now - before, x right, y down
 layout(location = 6) out uint out_entity;
 
+#ifdef NG_TEXTURED
+layout(location = 4) in vec3 in_previous;
+#endif
+
+// The point that this fragment shows: its pixel's ray, as far as its depth says.
+vec3 position_from_depth()
+{
+    vec2 ndc = gl_FragCoord.xy / view.size * 2 - 1;
+    vec3 ray = view.forward + ndc.x * view.right + ndc.y * view.down;
+    return view.position + ray * (view.near_plane / gl_FragCoord.z);
+}
+
+// Where a point of a rigid instance was in the last frame.
+vec3 previous_position(ng_instance_data instance, vec3 position)
+{
+#ifdef NG_TEXTURED
+    return in_previous;
+#else
+    vec4 p = vec4(position, 1);
+    return vec3(dot(instance.to_previous[0], p), dot(instance.to_previous[1], p), dot(instance.to_previous[2], p));
+#endif
+}
+
 vec2 to_pixel(mat4 m, vec3 p)
 {
     vec4 clip = m * vec4(p, 1);
@@ -27,15 +50,16 @@ void main()
 {
     ng_instance_data instance = instances[in_instance];
     surface s = surface_load(materials[instance.material], instance.flags);
-    vec3 flat_normal = normalize(cross(dFdx(in_position), dFdy(in_position)));
-    if (dot(flat_normal, view.position - in_position) < 0)
+    vec3 position = position_from_depth();
+    vec3 flat_normal = normalize(cross(dFdx(position), dFdy(position)));
+    if (dot(flat_normal, view.position - position) < 0)
         flat_normal = -flat_normal;
     vec2 o = octahedral(flat_normal);
-    out_position = vec4(in_position, 1);
+    out_position = vec4(position, 1);
     out_normal = vec4(s.normal, s.roughness);
     out_diffuse = vec4(s.diffuse, o.x);
     out_specular = vec4(s.f0, o.y);
     out_emission = vec4(min(s.emission, 65504.0), 0);
-    out_motion = to_pixel(view.view_projection, in_position) - to_pixel(view.previous_view_projection, in_previous);
+    out_motion = gl_FragCoord.xy - to_pixel(view.previous_view_projection, previous_position(instance, position));
     out_entity = instance.entity;
 }

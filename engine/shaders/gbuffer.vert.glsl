@@ -1,14 +1,21 @@
+// Few varyings: on a software rasterizer each costs every triangle. The fragment stage finds the position from the
+// depth, and the previous position of rigid instances from matrices; NG_TEXTURED also serves meshes that deform, whose
+// vertices say where they were.
 #include "surface.vert.glsl"
+
+#ifdef NG_TEXTURED
+layout(location = 4) in vec3 in_previous;
+layout(location = 4) out vec3 out_previous;
+#endif
 
 void main()
 {
     vec4 matrix[3] = instances[gl_InstanceIndex].matrix;
     vec3 position = transform_point(matrix, in_position);
-    out_position = position;
-    out_previous = transform_point(instances[gl_InstanceIndex].previous_matrix, in_previous);
     out_normal = transform_normal(matrix, in_normal);
     out_instance = gl_InstanceIndex;
 #ifdef NG_TEXTURED
+    out_previous = transform_point(instances[gl_InstanceIndex].previous_matrix, in_previous);
     out_tangent = vec4(transform_point(matrix, in_tangent.xyz) - transform_point(matrix, vec3(0)), in_tangent.w);
     out_uv = in_uv;
 #endif

@@ -7,7 +7,8 @@ layout(set = 0, binding = 8, scalar) uniform Light { ng_light_data light; };
 layout(set = 0, binding = 9, scalar) readonly buffer Vpls { ng_vpl_data vpls[]; };
 layout(push_constant, scalar) uniform Push { uint layer; } push;
 
-layout(location = 6) flat in uint in_layer;
+layout(location = 4) in vec3 in_position;
+layout(location = 5) flat in uint in_layer;
 
 layout(location = 0) out vec4 out_position; // world; w: 1 where there is a surface
 layout(location = 1) out vec4 out_normal;   // towards the light

@@ -4,14 +4,14 @@
 layout(set = 0, binding = 7, scalar) readonly buffer Views { ng_light_view_data views[]; };
 layout(push_constant, scalar) uniform Push { uint layer; } push;
 
-layout(location = 6) flat out uint out_layer;
+layout(location = 4) out vec3 out_position;
+layout(location = 5) flat out uint out_layer;
 
 void main()
 {
     vec4 matrix[3] = instances[gl_InstanceIndex].matrix;
     vec3 position = transform_point(matrix, in_position);
     out_position = position;
-    out_previous = position;
     out_normal = transform_normal(matrix, in_normal);
     out_instance = gl_InstanceIndex;
 #ifdef NG_TEXTURED

@@ -5,17 +5,15 @@
 layout(set = 0, binding = 1, scalar) readonly buffer Instances { ng_instance_data instances[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer Materials { ng_material_data materials[]; };
 
-layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec3 in_previous;
-layout(location = 2) in vec3 in_normal;
-layout(location = 3) flat in uint in_instance;
+layout(location = 0) in vec3 in_normal;
+layout(location = 1) flat in uint in_instance;
 #ifdef NG_TEXTURED
 layout(set = 1, binding = 0) uniform sampler2D base_color_map;
 layout(set = 1, binding = 1) uniform sampler2D metallic_roughness_map;
 layout(set = 1, binding = 2) uniform sampler2D normal_map;
 layout(set = 1, binding = 3) uniform sampler2D emissive_map;
-layout(location = 4) in vec4 in_tangent;
-layout(location = 5) in vec2 in_uv;
+layout(location = 2) in vec4 in_tangent;
+layout(location = 3) in vec2 in_uv;
 #endif
 
 struct surface {

@@ -1,24 +1,21 @@
 // Vertex stage of the passes that shade surfaces: transforms a vertex and hands its attributes on.
-// NG_TEXTURED adds what textures need: tangents and texture coordinates.
+// NG_TEXTURED adds what textures need, tangents and texture coordinates.
 #include "shared/scene.h"
 
 layout(set = 0, binding = 0, scalar) uniform View { ng_view_data view; };
 layout(set = 0, binding = 1, scalar) readonly buffer Instances { ng_instance_data instances[]; };
 
 layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec3 in_previous;
-layout(location = 2) in vec3 in_normal;
+layout(location = 1) in vec3 in_normal;
 #ifdef NG_TEXTURED
-layout(location = 3) in vec4 in_tangent;
-layout(location = 4) in vec2 in_uv;
-layout(location = 4) out vec4 out_tangent;
-layout(location = 5) out vec2 out_uv;
+layout(location = 2) in vec4 in_tangent;
+layout(location = 3) in vec2 in_uv;
+layout(location = 2) out vec4 out_tangent;
+layout(location = 3) out vec2 out_uv;
 #endif
 
-layout(location = 0) out vec3 out_position;
-layout(location = 1) out vec3 out_previous;
-layout(location = 2) out vec3 out_normal;
-layout(location = 3) flat out uint out_instance;
+layout(location = 0) out vec3 out_normal;
+layout(location = 1) flat out uint out_instance;
 
 vec3 transform_point(vec4 m[3], vec3 p)
 {

@@ -21,8 +21,8 @@ layout(location = 0) out float out_visibility;
 
 #include "geometry.glsl"
 
-const int BLOCKER_SAMPLES = 8;
-const int FILTER_SAMPLES = 16;
+const int BLOCKER_SAMPLES = 16;
+const int FILTER_SAMPLES = 24;
 
 // The receiver, in the light's frame.
 struct receiver {
@@ -87,17 +87,19 @@ float blocker(vec3 p, receiver r)
     return light.window_count != 0 ? blocker_in_windows(p, r) : blocker_in_cube(p, r);
 }
 
-// Points of a disk, evenly spread (Vogel's spiral), turned by `angle`.
-vec2 disk(int i, int count, float angle)
+// The next direction of Vogel's spiral: a turn by the golden angle. With radius sqrt((i + 0.5) / count) its points are
+// spread evenly over a disk.
+vec2 next_turn(vec2 turn)
 {
-    float radius = sqrt((float(i) + 0.5) / float(count)), a = float(i) * 2.39996323 + angle;
-    return radius * vec2(cos(a), sin(a));
+    const vec2 golden = vec2(-0.73736888, 0.67549029);
+    return vec2(turn.x * golden.x - turn.y * golden.y, turn.x * golden.y + turn.y * golden.x);
 }
 
 // Jimenez's interleaved gradient noise: the turns of any 3 x 3 pixels are spread evenly, and direct.frag filters those.
-float pixel_angle(vec2 pixel)
+vec2 first_turn(vec2 pixel)
 {
-    return 6.2831853 * fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+    float angle = 6.2831853 * fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+    return vec2(cos(angle), sin(angle));
 }
 
 float visibility(receiver r, float texel)
@@ -106,12 +108,12 @@ float visibility(receiver r, float texel)
     vec3 l = infinite ? vec3(-1, 0, 0) : -normalize(r.position);
     vec3 side = normalize(abs(l.z) < 0.9 ? cross(l, vec3(0, 0, 1)) : cross(l, vec3(0, 1, 0)));
     vec3 up = cross(side, l);
-    float angle = pixel_angle(gl_FragCoord.xy);
+    vec2 start = first_turn(gl_FragCoord.xy), turn = start;
 
     float search = light.soft_radius * (infinite ? r.distance * 0.25 : 1.0);
     float count = 0, sum = 0;
-    for (int i = 0; i < BLOCKER_SAMPLES; i++) {
-        vec2 d = disk(i, BLOCKER_SAMPLES, angle);
+    for (int i = 0; i < BLOCKER_SAMPLES; i++, turn = next_turn(turn)) {
+        vec2 d = turn * sqrt((float(i) + 0.5) / float(BLOCKER_SAMPLES));
         vec3 o = side * d.x + up * d.y;
         vec3 soft = o - light.soft_normal * dot(light.soft_normal, o);
         float b = blocker(r.position + soft * search + o * texel, r);
@@ -123,11 +125,12 @@ float visibility(receiver r, float texel)
     float distance = sum / count, gap = max(r.distance - distance, 0);
     float width = light.soft_radius * (infinite ? gap : min(gap / distance, 2.0));
     float open = 0;
-    for (int i = 0; i < FILTER_SAMPLES; i++) {
-        vec2 d = disk(i, FILTER_SAMPLES, angle);
+    turn = start;
+    for (int i = 0; i < FILTER_SAMPLES; i++, turn = next_turn(turn)) {
+        vec2 d = turn * sqrt((float(i) + 0.5) / float(FILTER_SAMPLES));
         vec3 o = side * d.x + up * d.y;
         vec3 soft = o - light.soft_normal * dot(light.soft_normal, o);
-        open += blocker(r.position + soft * width + o * (1.5 * texel), r) > 0 ? 0.0 : 1.0;
+        open += blocker(r.position + soft * width + o * texel, r) > 0 ? 0.0 : 1.0;
     }
     return open / float(FILTER_SAMPLES);
 }
@@ -150,6 +153,6 @@ void main()
     r.distance = infinite ? r.position.x - light.windows[0].w : length(r.position);
     float texel = infinite ? 2 * light.windows[0].z / light.face_size
                            : 2 * light.tangent * r.distance / light.face_size;
-    r.bias = 1.5 * texel;
+    r.bias = 2 * texel;
     out_visibility = visibility(r, texel);
 }

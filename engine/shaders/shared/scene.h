@@ -13,12 +13,14 @@ struct ng_view_data {
     NG_VEC3(forward);
     NG_VEC3(position);
     NG_FLOAT(exposure);
+    NG_FLOAT(near_plane);
     NG_VEC2(size); // pixels
 };
 
 struct ng_instance_data {
     NG_MAT3X4(matrix); // object to world
     NG_MAT3X4(previous_matrix);
+    NG_MAT3X4(to_previous); // world now to world then
     NG_UINT(material);
     NG_UINT(entity); // index half of the id
     NG_UINT(flags);  // NG_INSTANCE_* of render/snapshot.h
