@@ -251,6 +251,21 @@ struct ng_graph_ref ng_graph_import_buffer(struct ng_graph *g, const char *name,
     return add(g, name, &r);
 }
 
+void ng_graph_forget(struct ng_graph *g, struct ng_graph_ref ref)
+{
+    uint32_t index = REF_RESOURCE(ref);
+    if (REF_SERIAL(ref) != g->serial || index >= g->resources.count) {
+        (void)graph_fail(g, "ng_graph_forget is given a ref that is not of this frame");
+        return;
+    }
+    struct decl_resource *r = &g->resources.items[index];
+    if (r->kind != NG_RESOURCE_PERSISTENT || REF_VERSION(ref))
+        (void)graph_fail(g, "ng_graph_forget: '%s' is not persistent, or has been written in this frame",
+                         r->name);
+    else
+        r->has_content = false;
+}
+
 void ng_graph_export(struct ng_graph *g, struct ng_graph_ref ref)
 {
     if (!ng_array_push(&g->exports, ref))

@@ -152,17 +152,6 @@ struct pass_data {
     struct observed *light;
 };
 
-// The maps persist, so a pass that draws them again finds what it drew last time: all of it goes first.
-static void clear_maps(const struct ng_pass_context *ctx, uint32_t colors, uint32_t layers)
-{
-    VkClearAttachment attachments[4] = {{.aspectMask = VK_IMAGE_ASPECT_DEPTH_BIT}};
-    for (uint32_t i = 0; i < colors; i++)
-        attachments[1 + i] =
-            (VkClearAttachment){.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .colorAttachment = i};
-    const VkClearRect all = {.rect.extent = {ctx->width, ctx->height}, .layerCount = layers};
-    vkCmdClearAttachments(ctx->cmd->handle, 1 + colors, attachments, 1, &all);
-}
-
 static ng_result draw_depth(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
@@ -173,7 +162,6 @@ static ng_result draw_depth(const struct ng_pass_context *ctx)
     struct ng_gpu_binding bindings[] = {views[0], ng_scene_gpu_instances(scene, 1),
                                         ng_scene_gpu_materials(scene, 2)};
     bindings[0].binding = 0;
-    clear_maps(ctx, 0, light->depth_view_count);
     for (uint32_t layer = 0; layer < light->depth_view_count; layer++)
         NG_TRY(ng_scene_gpu_draw(
             scene, ctx->cmd,
@@ -198,7 +186,6 @@ static ng_result draw_surface(const struct ng_pass_context *ctx)
     const struct ng_light_gpu *light = &d->light->gpu;
     struct ng_gpu_binding bindings[5] = {ng_scene_gpu_instances(scene, 1), ng_scene_gpu_materials(scene, 2)};
     ng_light_gpu_bindings(light, true, bindings + 2);
-    clear_maps(ctx, 3, light->rsm_view_count);
     for (uint32_t layer = 0; layer < light->rsm_view_count; layer++)
         NG_TRY(ng_scene_gpu_draw(
             scene, ctx->cmd,
@@ -307,6 +294,34 @@ static void declare_bare_depth(struct ng_graph *g, const struct pass_data *data)
     ng_pass_write(add_pass(g, data, "bare", "depth", draw_depth, NG_PASS_SIDE_EFFECT), map, NG_USE_DEPTH);
 }
 
+// The pass draws a persistent map anew: nothing of what it held may stay.
+static struct ng_graph_ref redraw(struct ng_graph *g, struct ng_pass *pass, struct ng_graph_ref map,
+                                  enum ng_use use)
+{
+    ng_graph_forget(g, map);
+    return ng_pass_write(pass, map, use);
+}
+
+static void declare_surface(struct ng_graph *g, const struct pass_data *data)
+{
+    struct ng_light_maps *m = &data->light->maps;
+    struct ng_pass *pass = add_pass(g, data, "rsm", "surface", draw_surface, 0);
+    m->position = redraw(g, pass, m->position, NG_USE_COLOR);
+    m->normal = redraw(g, pass, m->normal, NG_USE_COLOR);
+    m->flux = redraw(g, pass, m->flux, NG_USE_COLOR);
+    char name[160];
+    snprintf(name, sizeof name, "rsm:%s/surface depth", m->name);
+    ng_pass_write(pass,
+                  ng_graph_add_image(g, name,
+                                     &(struct ng_graph_image_params){.format = VK_FORMAT_D32_SFLOAT,
+                                                                     .width = NG_RSM_SIZE,
+                                                                     .height = NG_RSM_SIZE,
+                                                                     .layers = m->rsm_views,
+                                                                     .array = true,
+                                                                     .clear = true}),
+                  NG_USE_DEPTH);
+}
+
 static void declare_light(struct ng_graph *g, const struct pass_data *data, struct memory *memory)
 {
     struct ng_light_maps *m = &data->light->maps;
@@ -324,28 +339,14 @@ static void declare_light(struct ng_graph *g, const struct pass_data *data, stru
     uint64_t depth_seen = hash_views(data->frame, l, l->depth_views, l->depth_view_count);
     uint64_t surface_seen =
         ng_hash_combine(hash_views(data->frame, l, l->rsm_views, l->rsm_view_count), light->version);
-    if (always || !valid[0] || memory->depth_seen != depth_seen) {
-        m->depth = ng_pass_write(add_pass(g, data, "rsm", "depth", draw_depth, 0), m->depth, NG_USE_DEPTH);
-        m->redrawn = true;
-    }
-    if (always || !valid[1] || !valid[2] || !valid[3] || memory->surface_seen != surface_seen) {
-        struct ng_pass *pass = add_pass(g, data, "rsm", "surface", draw_surface, 0);
-        m->position = ng_pass_write(pass, m->position, NG_USE_COLOR);
-        m->normal = ng_pass_write(pass, m->normal, NG_USE_COLOR);
-        m->flux = ng_pass_write(pass, m->flux, NG_USE_COLOR);
-        char name[160];
-        snprintf(name, sizeof name, "rsm:%s/surface depth", m->name);
-        ng_pass_write(pass,
-                      ng_graph_add_image(g, name,
-                                         &(struct ng_graph_image_params){.format = VK_FORMAT_D32_SFLOAT,
-                                                                         .width = NG_RSM_SIZE,
-                                                                         .height = NG_RSM_SIZE,
-                                                                         .layers = m->rsm_views,
-                                                                         .array = true,
-                                                                         .clear = true}),
-                      NG_USE_DEPTH);
-        m->redrawn = true;
-    }
+    bool depth_stale = always || !valid[0] || memory->depth_seen != depth_seen;
+    bool surface_stale =
+        always || !valid[1] || !valid[2] || !valid[3] || memory->surface_seen != surface_seen;
+    if (depth_stale)
+        m->depth = redraw(g, add_pass(g, data, "rsm", "depth", draw_depth, 0), m->depth, NG_USE_DEPTH);
+    if (surface_stale)
+        declare_surface(g, data);
+    m->redrawn = depth_stale || surface_stale;
     memory->depth_seen = depth_seen;
     memory->surface_seen = surface_seen;
     memory->last_frame = data->self->frame;

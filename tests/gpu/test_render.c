@@ -333,6 +333,30 @@ static void an_occluder_casts_the_shadow_that_geometry_says(void **state)
     assert_true(dark > 3 && lit > 10);
 }
 
+static void what_moves_takes_its_shadow_along(void **state)
+{
+    struct stage *s = *state;
+    const float center[3] = {0, 0, -1}, toward_light[3] = {0, 0, 1};
+    add_point(s, 0, 0, 0, 7);
+    add_quad(s, 1, center, toward_light, 0.25f);
+    s->snapshot.camera.view[12] = -1.5f;
+    s->snapshot.camera.position[0] = 1.5f;
+    for (int frame = 0; frame < 4; frame++) {
+        float at = 0.6f * (float)frame; // its shadow is twice as far
+        s->instances[6].matrix[3] = at;
+        s->instances[6].bounds_min[0] = at - 0.25f;
+        s->instances[6].bounds_max[0] = at + 0.25f;
+        s->instances[6].version = 50 + (uint64_t)frame;
+        draw(s);
+        for (uint32_t px = 0; px < SIZE; px++) {
+            const float *p = texel(s, "position", px, SIZE / 2);
+            float distance = fabsf(p[0] - 2 * at);
+            if (p[2] < -1.99f && fabsf(distance - 0.5f) > 0.03f)
+                assert_near(texel(s, "shadow", px, SIZE / 2)[0], distance < 0.5f ? 0.0f : 1.0f, 0);
+        }
+    }
+}
+
 static void an_area_light_has_a_penumbra(void **state)
 {
     struct stage *s = *state;
@@ -593,6 +617,7 @@ int main(void)
         T(motion_is_now_minus_before_in_pixels),
         T(a_point_light_obeys_the_inverse_square_and_the_brdf),
         T(an_occluder_casts_the_shadow_that_geometry_says),
+        T(what_moves_takes_its_shadow_along),
         T(an_area_light_has_a_penumbra),
         T(the_rsm_reflects_the_power_of_the_light),
         T(light_maps_are_redrawn_only_when_what_they_show_changes),
