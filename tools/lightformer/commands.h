@@ -41,5 +41,6 @@ extern const struct cli_command cli_render_command;
 extern const struct cli_command cli_view_command;
 extern const struct cli_command cli_info_command;
 extern const struct cli_command cli_bench_command;
+extern const struct cli_command cli_compare_command;
 
 #endif

@@ -12,6 +12,7 @@ static const struct cli_command *const commands[] = {
     &cli_view_command,
     &cli_info_command,
     &cli_bench_command,
+    &cli_compare_command,
 };
 
 static void print_overview(FILE *out)
