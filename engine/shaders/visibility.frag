@@ -113,7 +113,7 @@ float visibility(receiver r, float texel)
     float search = light.soft_radius * (infinite ? r.distance * 0.25 : 1.0);
     float count = 0, sum = 0;
     for (int i = 0; i < BLOCKER_SAMPLES; i++, turn = next_turn(turn)) {
-        vec2 d = turn * sqrt((float(i) + 0.5) / float(BLOCKER_SAMPLES));
+        vec2 d = turn * ((float(i) + 0.5) / float(BLOCKER_SAMPLES)); // dense within: near blockers are seen there
         vec3 o = side * d.x + up * d.y;
         vec3 soft = o - light.soft_normal * dot(light.soft_normal, o);
         float b = blocker(r.position + soft * search + o * texel, r);
@@ -123,7 +123,7 @@ float visibility(receiver r, float texel)
     if (count == 0)
         return 1;
     float distance = sum / count, gap = max(r.distance - distance, 0);
-    float width = light.soft_radius * (infinite ? gap : min(gap / distance, 2.0));
+    float width = light.soft_radius * (infinite ? gap : min(gap / distance, 1.0));
     float open = 0;
     turn = start;
     for (int i = 0; i < FILTER_SAMPLES; i++, turn = next_turn(turn)) {
