@@ -149,20 +149,25 @@ static void orthographic_view(const struct ng_snapshot *s, const struct ng_light
     set_matrix(v, true);
 }
 
+// Where slice `i` of the camera's view begins, metres: between even in the logarithm, which gives all slices
+// the same resolution on screen, and quadratic, which spares the nearest centimetres (Zhang et al. 2006).
+static float slice_begin(int i, float near_plane, float far)
+{
+    float t = (float)i / CASCADES;
+    return i ? glm_lerp(near_plane * powf(far / near_plane, t), far * t * t, 0.1f) : 0.0f;
+}
+
 // Slices of the camera's frustum, each in a bounding sphere, so that turning the camera does not resize the
-// maps (Zhang et al. 2006: distances half logarithmic, half even).
+// maps.
 static void cascade_views(const struct ng_snapshot *s, const struct ng_light_proxy *p, float aspect,
                           struct ng_light_view_data *views)
 {
     const struct ng_snapshot_camera *c = &s->camera;
-    float near_plane = 0.05f, far = 2 * s->scene_radius, tangent = tanf(c->fov_y * 0.5f);
+    float near_plane = fmaxf(c->near_plane, 0.05f), far = 2 * s->scene_radius,
+          tangent = tanf(c->fov_y * 0.5f);
     float corner = tangent * sqrtf(1 + aspect * aspect);
     for (int i = 0; i < CASCADES; i++) {
-        float a = (float)i / CASCADES, b = (float)(i + 1) / CASCADES;
-        float begin =
-            i ? 0.5f * (near_plane * powf(far / near_plane, a) + near_plane + (far - near_plane) * a * a)
-              : 0.0f;
-        float end = 0.5f * (near_plane * powf(far / near_plane, b) + near_plane + (far - near_plane) * b * b);
+        float begin = slice_begin(i, near_plane, far), end = slice_begin(i + 1, near_plane, far);
         float middle = fminf(0.5f * (begin + end) * (1 + corner * corner), end);
         float radius = sqrtf((end - middle) * (end - middle) + end * end * corner * corner);
         vec3 center;

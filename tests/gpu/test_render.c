@@ -597,6 +597,57 @@ static void what_cannot_be_had_is_said(void **state)
     assert_int_equal(log.errors, 3);
 }
 
+static void set_camera(struct stage *s, float x, float y, float z)
+{
+    struct ng_snapshot_camera *c = &s->snapshot.camera;
+    const float at[3] = {x, y, z};
+    for (int a = 0; a < 3; a++) {
+        c->position[a] = at[a];
+        c->view[12 + a] = -at[a];
+    }
+    memcpy(c->previous_view, c->view, sizeof c->view);
+}
+
+// A sun straight from above on a plain of 800 m, which a single map would see at 0.8 m a texel: a plate of 1
+// m that floats at 1 m, near and far from the camera, has a shadow with sharp edges all the same.
+static void cascades_keep_shadows_sharp_in_large_scenes(void **state)
+{
+    struct stage *s = *state;
+    const struct ng_light_directional sun = {.on = true, .color = {1, 1, 1}, .irradiance = PI};
+    const float ground[3] = {0, 0, 0}, up[3] = {0, 1, 0};
+    const float downwards[16] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1}; // -Z becomes -Y
+    s->snapshot.scene_radius = 400;
+    s->snapshot.instance_count = 0;
+    add_quad(s, 0, ground, up, 400);
+    add_light(s, NG_LIGHT_DIRECTIONAL, &sun, sizeof sun, downwards);
+    for (int far = 0; far < 2; far++) {
+        float half = far ? 4.0f : 0.5f;
+        const float plate[3] = {0.3f, far ? 20.0f : 1.0f, far ? -30.0f : -3.0f};
+        s->snapshot.instance_count = 1;
+        add_quad(s, 1, plate, up, half);
+        s->instances[1].version = 10 + (uint64_t)far;
+        set_camera(s, 0, far ? 8.0f : 0.5f, 0); // below the plate, level
+        draw(s);
+        int dark = 0, lit = 0;
+        float margin = far ? 0.12f : 0.03f; // about two texels of the cascade
+        for (uint32_t py = SIZE / 2; py < SIZE; py++)
+            for (uint32_t px = 0; px < SIZE; px++) {
+                const float *p = texel(s, "position", px, py);
+                float dx = fabsf(p[0] - plate[0]) - half, dz = fabsf(p[2] - plate[2]) - half,
+                      edge = fmaxf(dx, dz);
+                if (p[2] > -0.1f || fabsf(p[1]) > 1e-2f || p[2] < -45 || fabsf(edge) < margin)
+                    continue;
+                assert_near(texel(s, "shadow", px, py)[0], edge < 0 ? 0.0f : 1.0f, 0);
+                dark += edge < 0;
+                lit += edge > 0;
+                if (edge > 0 && p[2] > -3) // and the light itself: E / pi * albedo, and a little specular
+                    assert_near(texel(s, "direct", px, py)[0], WALL * 0.98f, 0.05f);
+            }
+        assert_true(dark > 5 && lit > 200);
+    }
+    assert_int_equal(s->snapshot.light_count, 1);
+}
+
 static void the_face_size_falls_with_the_budget(void **state)
 {
     NG_UNUSED(state);
@@ -624,6 +675,7 @@ int main(void)
         T(lights_add_up_and_names_may_clash),
         T(the_display_is_the_tone_map_of_beauty),
         cmocka_unit_test(pictures_do_not_depend_on_culling_or_aliasing),
+        T(cascades_keep_shadows_sharp_in_large_scenes),
         T(steady_frames_create_nothing),
         T(odd_sizes_work),
         T(what_cannot_be_had_is_said),
