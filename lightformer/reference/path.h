@@ -1,0 +1,43 @@
+// One path: what arrives along a camera ray, split as equation 7 of the paper wants it.
+//
+// At every surface one light is sampled and one direction is chosen by the BRDF; both estimate the same
+// direct light, weighted against each other by the power heuristic (Veach 1997, 9.2). At the first surface
+// the same light sample, with and without its shadow ray, serves T_d and T_l, and so does the same direction:
+// T_l takes from it what every light would send if nothing else were there.
+#ifndef LF_REFERENCE_PATH_H
+#define LF_REFERENCE_PATH_H
+
+#include "lightformer/reference/light_choice.h"
+#include "lightformer/reference/sampler.h"
+#include "lightformer/trace/surface.h"
+
+struct lf_path_scene {
+    const struct lf_tracer *tracer;
+    const struct lf_light_choice *lights;
+    uint32_t depth; // segments of a path, the camera's included (Mitsuba's max_depth); 0: no limit
+    uint64_t *rays; // counts the rays that were traced; may be null
+};
+
+// The split; all W/(sr m2).
+struct lf_radiance {
+    float direct[3];     // T_d: light of light components, after one bounce
+    float unshadowed[3]; // T_l: the same as if each light were alone with the receiver
+    float indirect[3];   // T_i: after more bounces, and what emitters without a light component send
+    float emission[3];   // seen directly
+};
+
+// What the camera's ray meets: the same for all samples of a pixel without antialiasing.
+struct lf_primary {
+    struct lf_ray ray;
+    bool met;
+    float distance;
+    uint32_t instance;
+    struct lf_surface surface;
+    float emission[3]; // of the surface, or of the environment where nothing is met
+};
+
+void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, struct lf_primary *out);
+void lf_path_trace(const struct lf_path_scene *scene, const struct lf_primary *primary,
+                   struct lf_sampler *sampler, struct lf_radiance *out);
+
+#endif

@@ -1,0 +1,290 @@
+// A picture is made in passes: every pass adds some samples to all pixels, tile by tile over the jobs.
+// Between passes the picture is whole, so that this is where it is looked at, kept in a checkpoint, or
+// stopped. Passes are sized to take about a second.
+#include "lightformer/reference/reference.h"
+
+#include "base/file.h"
+#include "base/jobs.h"
+#include "base/log.h"
+#include "base/system.h"
+#include "lightformer/reference/reference_internal.h"
+#include "lightformer/trace/vec.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define TILE         16
+#define PASS_SECONDS 1.0
+#define MAX_SIDE     16384
+
+// A square of pixels, and what happened in its last pass.
+struct lf_tile {
+    uint64_t rays;
+    bool failed; // a sample was not a number:
+    uint32_t x, y, sample;
+};
+
+static uint32_t tiles_along(uint32_t pixels)
+{
+    return (pixels + TILE - 1) / TILE;
+}
+
+static bool region_fits(const struct lf_region *r, uint32_t width, uint32_t height)
+{
+    return r->width && r->height && r->x < width && r->y < height && r->width <= width - r->x &&
+           r->height <= height - r->y;
+}
+
+ng_result lf_reference_create(const struct lf_reference_params *params, struct lf_reference **out)
+{
+    *out = NULL;
+    NG_REQUIRE(params->width && params->height && params->width <= MAX_SIDE && params->height <= MAX_SIDE,
+               "a picture has 1 to %d pixels a side", MAX_SIDE);
+    struct lf_region region = params->region;
+    if (!region.width && !region.height)
+        region = (struct lf_region){.width = params->width, .height = params->height};
+    NG_REQUIRE(region_fits(&region, params->width, params->height), "the region lies in the picture");
+    struct lf_reference *r = calloc(1, sizeof *r);
+    if (!r)
+        return NG_ERROR_MEMORY;
+    r->params = *params;
+    r->params.region = region;
+    r->tile_count = tiles_along(region.width) * tiles_along(region.height);
+    r->sums = calloc(lf_pixel_count(r), sizeof *r->sums);
+    r->tiles = calloc(r->tile_count, sizeof *r->tiles);
+    if (!r->sums || !r->tiles) {
+        ng_log_error("reference: out of memory for %u x %u pixels (%zu MiB)", region.width, region.height,
+                     lf_pixel_count(r) * sizeof *r->sums >> 20);
+        lf_reference_destroy(&r);
+        return NG_ERROR_MEMORY;
+    }
+    *out = r;
+    return NG_OK;
+}
+
+void lf_reference_destroy(struct lf_reference **reference)
+{
+    struct lf_reference *r = *reference;
+    *reference = NULL;
+    if (!r)
+        return;
+    lf_light_choice_finish(&r->lights);
+    free(r->sums);
+    free(r->tiles);
+    free(r);
+}
+
+// As engine/render/scene_gpu.c makes the view of the rasterizer.
+static void find_camera(struct lf_reference *r, const struct ng_snapshot_camera *c)
+{
+    float tangent = tanf(c->fov_y * 0.5f), aspect = (float)r->params.width / (float)r->params.height;
+    for (int i = 0; i < 3; i++) {
+        r->camera.right[i] = c->view[i * 4] * tangent * aspect;
+        r->camera.down[i] = -c->view[i * 4 + 1] * tangent;
+        r->camera.forward[i] = -c->view[i * 4 + 2];
+    }
+}
+
+ng_result lf_reference_begin(struct lf_reference *r, const struct lf_tracer *tracer)
+{
+    const struct ng_snapshot *snapshot = lf_tracer_snapshot(tracer);
+    NG_REQUIRE(snapshot, "the tracer has been updated");
+    r->tracer = tracer;
+    r->samples = 0;
+    r->rays = 0;
+    r->seconds = 0;
+    memset(r->sums, 0, lf_pixel_count(r) * sizeof *r->sums);
+    find_camera(r, &snapshot->camera);
+    return lf_light_choice_update(&r->lights, snapshot);
+}
+
+struct lf_reference_stats lf_reference_stats_of(const struct lf_reference *r)
+{
+    return (struct lf_reference_stats){r->samples, r->rays, r->seconds};
+}
+
+struct lf_ray lf_reference_ray(const struct lf_reference *r, float x, float y)
+{
+    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
+    struct lf_ray ray = {.far = INFINITY};
+    memcpy(ray.origin, camera->position, sizeof ray.origin);
+    lf_mad(r->camera.forward, r->camera.right, 2 * x / (float)r->params.width - 1, ray.direction);
+    lf_mad(ray.direction, r->camera.down, 2 * y / (float)r->params.height - 1, ray.direction);
+    lf_normalize(ray.direction);
+    ray.near = camera->near_plane / lf_dot(ray.direction, r->camera.forward);
+    return ray;
+}
+
+struct lf_path_scene lf_reference_scene(const struct lf_reference *r, uint64_t *rays)
+{
+    return (struct lf_path_scene){
+        .tracer = r->tracer, .lights = &r->lights, .depth = r->params.depth, .rays = rays};
+}
+
+// ---- samples ---------------------------------------------------------------------------------------------
+struct pass {
+    struct lf_reference *reference;
+    uint32_t first, count; // samples
+};
+
+// A point of the tent of radius 1 around 0.
+static float tent(float u)
+{
+    return u < 0.5f ? sqrtf(2 * u) - 1 : 1 - sqrtf(2 - 2 * u);
+}
+
+static void clamp_to(float limit, float rgb[3])
+{
+    float most = lf_max3(rgb);
+    if (limit > 0 && most > limit)
+        lf_scale(rgb, limit / most, rgb);
+}
+
+static bool add_sample(struct lf_sums *sums, const struct lf_radiance *l)
+{
+    bool finite = true;
+    for (int i = 0; i < 3; i++) {
+        double beauty = (double)l->direct[i] + (double)l->indirect[i] + (double)l->emission[i];
+        finite &= isfinite(beauty) && isfinite(l->unshadowed[i]);
+        sums->direct[i] += (double)l->direct[i];
+        sums->unshadowed[i] += (double)l->unshadowed[i];
+        sums->indirect[i] += (double)l->indirect[i];
+        sums->emission[i] += (double)l->emission[i];
+        sums->square[i] += beauty * beauty;
+    }
+    return finite;
+}
+
+static void sample_pixel(const struct pass *pass, uint32_t x, uint32_t y, struct lf_sums *sums,
+                         struct lf_tile *tile)
+{
+    const struct lf_reference *r = pass->reference;
+    const struct lf_reference_params *p = &r->params;
+    struct lf_path_scene scene = lf_reference_scene(r, &tile->rays);
+    struct lf_primary primary;
+    if (!p->antialias) {
+        struct lf_ray ray = lf_reference_ray(r, (float)x + 0.5f, (float)y + 0.5f);
+        lf_path_begin(&scene, &ray, &primary);
+    }
+    for (uint32_t i = pass->first; i < pass->first + pass->count; i++) {
+        struct lf_sampler sampler = lf_sampler_start(p->sampler, p->seed, x, y, i);
+        if (p->antialias) {
+            float u[2];
+            lf_sampler_2d(&sampler, u);
+            struct lf_ray ray =
+                lf_reference_ray(r, (float)x + 0.5f + tent(u[0]), (float)y + 0.5f + tent(u[1]));
+            lf_path_begin(&scene, &ray, &primary);
+        }
+        struct lf_radiance radiance;
+        lf_path_trace(&scene, &primary, &sampler, &radiance);
+        clamp_to(p->clamp, radiance.indirect);
+        if (!add_sample(sums, &radiance) && !tile->failed) {
+            tile->failed = true;
+            tile->x = x;
+            tile->y = y;
+            tile->sample = i;
+        }
+    }
+}
+
+static void sample_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct pass *pass = user;
+    const struct lf_region *region = &pass->reference->params.region;
+    uint32_t across = tiles_along(region->width);
+    for (uint32_t t = begin; t < end; t++) {
+        struct lf_tile *tile = &pass->reference->tiles[t];
+        uint32_t x0 = t % across * TILE, y0 = t / across * TILE;
+        *tile = (struct lf_tile){0};
+        for (uint32_t y = y0; y < y0 + TILE && y < region->height; y++)
+            for (uint32_t x = x0; x < x0 + TILE && x < region->width; x++)
+                sample_pixel(pass, region->x + x, region->y + y,
+                             &pass->reference->sums[(size_t)y * region->width + x], tile);
+    }
+}
+
+static ng_result run_pass(struct lf_reference *r, uint32_t count)
+{
+    struct pass pass = {.reference = r, .first = r->samples, .count = count};
+    ng_jobs_for(r->params.jobs, r->tile_count, 1, sample_tiles, &pass);
+    r->samples += count;
+    for (uint32_t i = 0; i < r->tile_count; i++) {
+        const struct lf_tile *t = &r->tiles[i];
+        r->rays += t->rays;
+        if (t->failed) {
+            ng_log_error("reference: radiance is not a number at pixel %u, %u, sample %u, seed %" PRIu64
+                         "; look for lights or materials with absurd values",
+                         t->x, t->y, t->sample, r->params.seed);
+            return NG_ERROR_FORMAT;
+        }
+    }
+    return NG_OK;
+}
+
+// ---- runs ------------------------------------------------------------------------------------------------
+struct clock {
+    uint64_t begin_ns, saved_ns;
+    uint32_t first; // samples at the beginning
+};
+
+static double seconds_since(uint64_t ns)
+{
+    return (double)(ng_clock_ns() - ns) * 1e-9;
+}
+
+// As many samples as take about a second, by what the run has seen so far.
+static uint32_t choose_pass(const struct lf_reference *r, const struct clock *clock, uint32_t left)
+{
+    uint32_t done = r->samples - clock->first;
+    if (!done)
+        return 1;
+    double wanted = PASS_SECONDS * done / fmax(seconds_since(clock->begin_ns), 1e-9);
+    uint32_t most = done < UINT32_MAX / 2 ? 2 * done : done; // the first passes are poor clocks
+    uint32_t count = wanted < 1 ? 1 : wanted < most ? (uint32_t)wanted : most;
+    return count < left ? count : left;
+}
+
+static bool report(const struct lf_reference *r, const struct lf_reference_run_params *p,
+                   const struct clock *clock)
+{
+    if (!p->progress)
+        return true;
+    double seconds = seconds_since(clock->begin_ns);
+    double each = seconds / (r->samples - clock->first);
+    struct lf_reference_progress progress = {.samples = r->samples,
+                                             .target = p->samples,
+                                             .seconds = seconds,
+                                             .seconds_left = each * (p->samples - r->samples),
+                                             .rays = r->rays};
+    return p->progress(p->user, &progress);
+}
+
+static ng_result save_when_due(const struct lf_reference *r, const struct lf_reference_run_params *p,
+                               struct clock *clock, bool last)
+{
+    double interval = p->checkpoint_interval > 0 ? p->checkpoint_interval : 60;
+    if (!p->checkpoint || (!last && seconds_since(clock->saved_ns) < interval))
+        return NG_OK;
+    clock->saved_ns = ng_clock_ns();
+    return lf_checkpoint_write(r, p->checkpoint, p->picture);
+}
+
+ng_result lf_reference_run(struct lf_reference *r, const struct lf_reference_run_params *p)
+{
+    NG_REQUIRE(r->tracer, "lf_reference_begin comes first");
+    if (p->checkpoint && ng_file_exists(p->checkpoint))
+        NG_TRY(lf_checkpoint_read(r, p->checkpoint, p->picture));
+    uint64_t now = ng_clock_ns();
+    struct clock clock = {.begin_ns = now, .saved_ns = now, .first = r->samples};
+    bool more = r->samples < p->samples;
+    while (more) {
+        NG_TRY(run_pass(r, choose_pass(r, &clock, p->samples - r->samples)));
+        more = report(r, p, &clock) && r->samples < p->samples &&
+               !(p->time_limit > 0 && seconds_since(clock.begin_ns) >= p->time_limit);
+        NG_TRY(save_when_due(r, p, &clock, !more));
+    }
+    r->seconds += seconds_since(clock.begin_ns);
+    return NG_OK;
+}

@@ -1,0 +1,76 @@
+#include "lightformer/reference/sampler.h"
+
+static uint32_t reverse_bits(uint32_t x)
+{
+    x = x >> 16 | x << 16;
+    x = (x & 0xff00ff00u) >> 8 | (x & 0x00ff00ffu) << 8;
+    x = (x & 0xf0f0f0f0u) >> 4 | (x & 0x0f0f0f0fu) << 4;
+    x = (x & 0xccccccccu) >> 2 | (x & 0x33333333u) << 2;
+    return (x & 0xaaaaaaaau) >> 1 | (x & 0x55555555u) << 1;
+}
+
+// Each bit is flipped by a hash of the bits below it.
+static uint32_t hash_upwards(uint32_t x, uint32_t seed)
+{
+    x += seed;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return x;
+}
+
+// Owen's nested uniform scramble: each bit is flipped by a hash of the bits above it.
+static uint32_t scramble(uint32_t x, uint32_t seed)
+{
+    return reverse_bits(hash_upwards(reverse_bits(x), seed));
+}
+
+// Sobol's second dimension before reversal: Pascal's triangle modulo 2 times the index. The triangle of size
+// 2n is [T T; 0 T] of those of size n, hence five steps.
+static uint32_t pascal(uint32_t x)
+{
+    x ^= (x & 0xaaaaaaaau) >> 1;
+    x ^= (x & 0xccccccccu) >> 2;
+    x ^= (x & 0xf0f0f0f0u) >> 4;
+    x ^= (x & 0xff00ff00u) >> 8;
+    x ^= (x & 0xffff0000u) >> 16;
+    return x;
+}
+
+static float to_unit(uint32_t x)
+{
+    return (float)(x >> 8) * 0x1p-24f;
+}
+
+struct lf_sampler lf_sampler_start(enum lf_sampler_kind kind, uint64_t seed, uint32_t x, uint32_t y,
+                                   uint32_t sample)
+{
+    uint64_t pixel = ng_hash_combine(ng_hash_u64(seed), (uint64_t)y << 32 | x);
+    struct lf_sampler s = {.kind = kind, .pixel = pixel, .index = sample};
+    if (kind == LF_SAMPLER_INDEPENDENT)
+        s.rng = ng_rng_make(pixel, sample);
+    return s;
+}
+
+void lf_sampler_2d(struct lf_sampler *s, float u[2])
+{
+    if (s->kind == LF_SAMPLER_INDEPENDENT) {
+        u[0] = ng_rng_float(&s->rng);
+        u[1] = ng_rng_float(&s->rng);
+        return;
+    }
+    uint64_t order = ng_hash_combine(s->pixel, s->draw++), bits = ng_hash_u64(order);
+    uint32_t index = scramble(s->index, (uint32_t)order);
+    u[0] = to_unit(scramble(reverse_bits(index), (uint32_t)bits));
+    u[1] = to_unit(scramble(reverse_bits(pascal(index)), (uint32_t)(bits >> 32)));
+}
+
+float lf_sampler_1d(struct lf_sampler *s)
+{
+    float u[2];
+    if (s->kind == LF_SAMPLER_INDEPENDENT)
+        return ng_rng_float(&s->rng);
+    lf_sampler_2d(s, u);
+    return u[0];
+}

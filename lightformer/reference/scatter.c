@@ -1,0 +1,86 @@
+#include "lightformer/reference/scatter.h"
+
+#include "lightformer/trace/vec.h"
+#include "shaders/shared/brdf.h"
+
+#include <string.h>
+
+#define LEAST_VIEW_COSINE 1e-4f
+#define LEAST_SHARE       0.1f // of a lobe that is there at all
+
+// A frame around a unit normal without a branch that jumps (Duff et al. 2017).
+static void make_frame(const float n[3], float tangent[3], float bitangent[3])
+{
+    float sign = copysignf(1.0f, n[2]), a = -1.0f / (sign + n[2]), b = n[0] * n[1] * a;
+    const float t[3] = {1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
+    const float c[3] = {b, sign + n[1] * n[1] * a, -n[1]};
+    memcpy(tangent, t, sizeof t);
+    memcpy(bitangent, c, sizeof c);
+}
+
+static void to_local(const struct lf_scatter *s, const float d[3], float out[3])
+{
+    out[0] = lf_dot(s->tangent, d);
+    out[1] = lf_dot(s->bitangent, d);
+    out[2] = lf_dot(s->surface->normal, d);
+}
+
+// Estimated reflectance of the two lobes decides how often each is chosen.
+static float specular_share(const struct lf_surface *s, float nv)
+{
+    float specular = 0, diffuse = 0;
+    for (int i = 0; i < 3; i++) {
+        specular += ng_brdf_specular_albedo(nv, s->f0[i], s->roughness);
+        diffuse += s->albedo[i] * (1 - ng_brdf_f(nv, s->f0[i]));
+    }
+    if (!(diffuse > 0))
+        return 1;
+    return ng_clamp(specular / (specular + diffuse), LEAST_SHARE, 1 - LEAST_SHARE);
+}
+
+void lf_scatter_at(const struct lf_surface *surface, const float toward[3], struct lf_scatter *out)
+{
+    out->surface = surface;
+    make_frame(surface->normal, out->tangent, out->bitangent);
+    to_local(out, toward, out->view);
+    float *v = out->view;
+    if (v[2] < LEAST_VIEW_COSINE) {
+        float flat = sqrtf(v[0] * v[0] + v[1] * v[1]);
+        float scale = flat > 0 ? sqrtf(1 - LEAST_VIEW_COSINE * LEAST_VIEW_COSINE) / flat : 0;
+        v[0] = flat > 0 ? v[0] * scale : 1;
+        v[1] *= scale;
+        v[2] = LEAST_VIEW_COSINE;
+    }
+    out->specular_share = specular_share(surface, v[2]);
+}
+
+void lf_scatter_eval(const struct lf_scatter *s, const float direction[3], float value[3], float *pdf)
+{
+    const struct lf_surface *at = s->surface;
+    const float *v = s->view;
+    float l[3], h[3];
+    to_local(s, direction, l);
+    lf_mad(l, v, 1, h);
+    memset(value, 0, 3 * sizeof(float));
+    *pdf = 0;
+    if (!(l[2] > 0) || !(lf_dot(at->flat_normal, direction) > 0) || !lf_normalize(h))
+        return;
+    float nl = l[2], nv = v[2], nh = ng_max(h[2], 0.0f), vh = ng_max(lf_dot(v, h), 0.0f);
+    for (int i = 0; i < 3; i++)
+        value[i] = nl * ng_brdf(nl, nv, nh, vh, at->albedo[i], at->f0[i], at->roughness);
+    *pdf = s->specular_share * ng_brdf_sample_pdf(nv, nh, at->roughness) +
+           (1 - s->specular_share) * nl / NG_SHADER_PI;
+}
+
+bool lf_scatter_sample(const struct lf_scatter *s, float lobe, const float u[2], float direction[3])
+{
+    struct ng_local_direction v = {s->view[0], s->view[1], s->view[2]}, l;
+    if (lobe < s->specular_share)
+        l = ng_brdf_reflect(v, ng_brdf_sample_half(v, s->surface->roughness, u[0], u[1]));
+    else
+        l = ng_brdf_sample_cosine(u[0], u[1]);
+    lf_scale(s->surface->normal, l.z, direction);
+    lf_mad(direction, s->tangent, l.x, direction);
+    lf_mad(direction, s->bitangent, l.y, direction);
+    return l.z > 0 && lf_normalize(direction);
+}

@@ -1,0 +1,28 @@
+// The surface at a hit, with its material: what engine/shaders/surface.frag.glsl makes of a fragment.
+#ifndef LF_TRACE_SURFACE_H
+#define LF_TRACE_SURFACE_H
+
+#include "lightformer/trace/tracer.h"
+
+struct lf_surface {
+    float position[3];
+    float flat_normal[3]; // geometric, towards the side that was met
+    float normal[3];      // shading normal of that side, with the normal map
+    float uv[2];
+    float albedo[3], f0[3];
+    float roughness; // at least 0.045
+    // Radiance that the surface shows without being a light's emitter; zero behind one-sided ones.
+    float emission[3];
+    uint32_t light; // whose emitter this is, or NG_NONE: ng_light_seen_at says what it emits
+    bool front, double_sided;
+};
+
+// `direction`: of the ray that made the hit.
+void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out);
+// Whether it is met from the back and has none: black.
+static inline bool lf_surface_is_black(const struct lf_surface *s)
+{
+    return !s->front && !s->double_sided;
+}
+
+#endif

@@ -1,0 +1,20 @@
+// Texels of the engine's images as the graphics device would filter them at level 0: bilinear, sRGB decoded
+// before the filter, wrapped or clamped as the image says.
+#ifndef LF_TRACE_TEXTURE_H
+#define LF_TRACE_TEXTURE_H
+
+#include <stdint.h>
+
+struct ng_image;
+
+// sRGB bytes to linear.
+struct lf_srgb {
+    float linear[256];
+};
+void lf_srgb_make(struct lf_srgb *table);
+
+// `image` may be null: white.
+void lf_texture_at(const struct lf_srgb *srgb, const struct ng_image *image, const float uv[2],
+                   float rgba[4]);
+
+#endif

@@ -1,0 +1,601 @@
+// One Embree scene of all instances, flattened into world space, and a second one that holds the emitters
+// alone. A slot per instance remembers what it was built from, so that an update touches what differs.
+//
+// The first build makes one acceleration structure over everything, which is the fastest to trace. The first
+// time that something moves, the scene becomes a dynamic one: a structure per instance under a small common
+// one, so that from then on only what moves is refitted.
+//
+// The device has one thread: what a parallel build makes may depend on their number, and with it which of two
+// surfaces in the same place is met.
+#include "lightformer/trace/tracer.h"
+
+#include "base/array.h"
+#include "base/log.h"
+#include "base/system.h"
+#include "lightformer/trace/tracer_internal.h"
+#include "lightformer/trace/vec.h"
+
+#include <embree3/rtcore.h>
+#include <stdlib.h>
+#include <string.h>
+
+// One instance. Stays where it is while Embree knows it.
+struct slot {
+    struct lf_tracer *tracer;
+    RTCGeometry geometry;
+    uint32_t instance;
+    enum lf_shape shape;
+    ng_entity entity;
+    uint64_t mesh_key, mesh_revision, version;
+    uint32_t flags;
+    float matrix[12];
+    float *vertices;   // Embree's, world space
+    uint32_t *indices; // Embree's
+};
+
+struct lf_tracer {
+    RTCDevice device;
+    RTCScene scene, emitters;
+    struct slot *slots;
+    uint32_t slot_count;
+    bool dynamic;
+    const struct ng_snapshot *snapshot;
+    struct lf_srgb srgb;
+    struct lf_tracer_stats stats;
+};
+
+const struct ng_snapshot *lf_tracer_snapshot(const struct lf_tracer *tracer)
+{
+    return tracer->snapshot;
+}
+
+struct lf_tracer_stats lf_tracer_stats_of(const struct lf_tracer *tracer)
+{
+    return tracer->stats;
+}
+
+enum lf_shape lf_tracer_shape(const struct lf_tracer *tracer, uint32_t instance)
+{
+    return tracer->slots[instance].shape;
+}
+
+const struct lf_srgb *lf_tracer_srgb(const struct lf_tracer *tracer)
+{
+    return &tracer->srgb;
+}
+
+// ---- meetings --------------------------------------------------------------------------------------------
+// What a ray looks for; Embree hands the context to every callback.
+struct query {
+    struct RTCIntersectContext context;
+    enum lf_ray_kind kind;
+    lf_trace_fn visit; // every meeting is visited, none ends the ray
+    void *user;
+};
+
+// Unit normal of a triangle's front.
+static void triangle_normal(const struct slot *s, uint32_t triangle, float out[3])
+{
+    const uint32_t *index = s->indices + (size_t)triangle * 3;
+    const float *a = s->vertices + (size_t)index[0] * 3, *b = s->vertices + (size_t)index[1] * 3,
+                *c = s->vertices + (size_t)index[2] * 3;
+    float ab[3], ac[3];
+    lf_mad(b, a, -1, ab);
+    lf_mad(c, a, -1, ac);
+    if (s->flags & NG_INSTANCE_MIRRORED)
+        lf_cross(ac, ab, out);
+    else
+        lf_cross(ab, ac, out);
+    lf_normalize(out);
+}
+
+static void triangle_point(const struct slot *s, uint32_t triangle, const float barycentric[2], float out[3])
+{
+    const uint32_t *index = s->indices + (size_t)triangle * 3;
+    const float weights[3] = {1 - barycentric[0] - barycentric[1], barycentric[0], barycentric[1]};
+    memset(out, 0, 3 * sizeof(float));
+    for (int i = 0; i < 3; i++)
+        lf_mad(out, s->vertices + (size_t)index[i] * 3, weights[i], out);
+}
+
+// Facing side of a disk: -Z of its placement, as light/light.h says.
+static void disk_axes(const struct slot *s, float x[3], float y[3], float normal[3])
+{
+    float z[3];
+    for (int i = 0; i < 3; i++) {
+        x[i] = s->matrix[i * 4];
+        y[i] = s->matrix[i * 4 + 1];
+        z[i] = s->matrix[i * 4 + 2];
+    }
+    lf_cross(x, y, normal);
+    lf_normalize(normal);
+    if (lf_dot(normal, z) > 0)
+        lf_scale(normal, -1, normal);
+}
+
+static void slot_center(const struct slot *s, float out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = s->matrix[i * 4 + 3];
+}
+
+static float sphere_radius(const struct slot *s)
+{
+    return s->matrix[0]; // ng_light_surface of spheres is uniform
+}
+
+static void find_normal(const struct slot *s, struct lf_hit *hit)
+{
+    float x[3], y[3];
+    switch (s->shape) {
+    case LF_SHAPE_TRIANGLES:
+        triangle_normal(s, hit->triangle, hit->normal);
+        break;
+    case LF_SHAPE_DISK:
+        disk_axes(s, x, y, hit->normal);
+        break;
+    case LF_SHAPE_SPHERE:
+        slot_center(s, x);
+        lf_mad(hit->position, x, -1, hit->normal);
+        lf_normalize(hit->normal);
+        lf_mad(x, hit->normal, sphere_radius(s), hit->position); // exactly on it
+        break;
+    }
+}
+
+// The whole hit from what Embree tells of it.
+static void describe(const struct slot *s, const struct RTCRay *ray, const struct RTCHit *h,
+                     struct lf_hit *out)
+{
+    const float origin[3] = {ray->org_x, ray->org_y, ray->org_z};
+    const float direction[3] = {ray->dir_x, ray->dir_y, ray->dir_z};
+    *out = (struct lf_hit){
+        .instance = s->instance, .triangle = h->primID, .barycentric = {h->u, h->v}, .distance = ray->tfar};
+    if (s->shape == LF_SHAPE_TRIANGLES)
+        triangle_point(s, h->primID, out->barycentric, out->position);
+    else
+        lf_mad(origin, direction, ray->tfar, out->position);
+    find_normal(s, out);
+    out->front = lf_dot(out->normal, direction) < 0;
+}
+
+// Whether the query takes this meeting as its hit.
+static bool accepts(const struct query *q, const struct slot *s, const struct RTCRay *ray,
+                    const struct RTCHit *h)
+{
+    struct lf_hit hit;
+    if (!q->visit && (q->kind == LF_RAY_ALL || s->flags & NG_INSTANCE_DOUBLE_SIDED))
+        return true;
+    describe(s, ray, h, &hit);
+    if (q->visit)
+        q->visit(q->user, &hit);
+    return !q->visit && hit.front;
+}
+
+// Rays are traced one at a time, so the packets of the callbacks hold one.
+static void filter_query(const struct RTCFilterFunctionNArguments *a)
+{
+    if (a->valid[0] &&
+        !accepts((const void *)a->context, a->geometryUserPtr, (const void *)a->ray, (const void *)a->hit))
+        a->valid[0] = 0;
+}
+
+static void filter_mask(const struct RTCFilterFunctionNArguments *a)
+{
+    const struct slot *s = a->geometryUserPtr;
+    const struct RTCHit *h = (const void *)a->hit;
+    const float barycentric[2] = {h->u, h->v};
+    if (a->valid[0] && lf_surface_is_cut(s->tracer, s->instance, h->primID, barycentric))
+        a->valid[0] = 0;
+}
+
+// ---- exact shapes ----------------------------------------------------------------------------------------
+static void shape_bounds(const struct RTCBoundsFunctionArguments *a)
+{
+    const struct slot *s = a->geometryUserPtr;
+    float low[3], high[3];
+    for (int i = 0; i < 3; i++) {
+        const float *m = s->matrix + i * 4;
+        float reach = s->shape == LF_SHAPE_SPHERE ? sphere_radius(s) : sqrtf(m[0] * m[0] + m[1] * m[1]);
+        reach += 1e-5f * (reach + fabsf(m[3])); // rounding
+        low[i] = m[3] - reach;
+        high[i] = m[3] + reach;
+    }
+    *a->bounds_o = (struct RTCBounds){.lower_x = low[0],
+                                      .lower_y = low[1],
+                                      .lower_z = low[2],
+                                      .upper_x = high[0],
+                                      .upper_y = high[1],
+                                      .upper_z = high[2]};
+}
+
+// Distances along the ray at which it meets the shape, ascending; how many.
+static int meet_disk(const struct slot *s, const float origin[3], const float direction[3], float t[2])
+{
+    float x[3], y[3], n[3], center[3], to[3], p[3];
+    disk_axes(s, x, y, n);
+    slot_center(s, center);
+    lf_mad(center, origin, -1, to);
+    t[0] = lf_dot(to, n) / lf_dot(direction, n);
+    if (!isfinite(t[0]))
+        return 0;
+    lf_mad(origin, direction, t[0], p);
+    lf_mad(p, center, -1, p);
+    // The axes need not be perpendicular.
+    float xx = lf_dot(x, x), xy = lf_dot(x, y), yy = lf_dot(y, y), px = lf_dot(p, x), py = lf_dot(p, y);
+    float determinant = xx * yy - xy * xy;
+    float a = (px * yy - py * xy) / determinant, b = (py * xx - px * xy) / determinant;
+    return a * a + b * b <= 1;
+}
+
+static int meet_sphere(const struct slot *s, const float origin[3], const float direction[3], float t[2])
+{
+    double b = 0, c = 0, d = 0, r = (double)sphere_radius(s);
+    for (int i = 0; i < 3; i++) {
+        double o = (double)origin[i] - (double)s->matrix[i * 4 + 3];
+        b += o * (double)direction[i];
+        c += o * o;
+    }
+    for (int i = 0; i < 3; i++) { // the squared distance of the line, without cancellation
+        double o = (double)origin[i] - (double)s->matrix[i * 4 + 3] - b * (double)direction[i];
+        d += o * o;
+    }
+    if (!(d < r * r))
+        return 0;
+    double half = sqrt(r * r - d);
+    t[0] = (float)(-b - half);
+    t[1] = (float)(-b + half);
+    return 2;
+}
+
+static int meet(const struct slot *s, const struct RTCRay *ray, float t[2])
+{
+    const float origin[3] = {ray->org_x, ray->org_y, ray->org_z};
+    const float direction[3] = {ray->dir_x, ray->dir_y, ray->dir_z};
+    return s->shape == LF_SHAPE_DISK ? meet_disk(s, origin, direction, t)
+                                     : meet_sphere(s, origin, direction, t);
+}
+
+static void shape_intersect(const struct RTCIntersectFunctionNArguments *a)
+{
+    const struct slot *s = a->geometryUserPtr;
+    struct RTCRayHit *rayhit = (void *)a->rayhit;
+    float t[2];
+    int count = a->valid[0] ? meet(s, &rayhit->ray, t) : 0;
+    for (int i = 0; i < count; i++) {
+        float far = rayhit->ray.tfar;
+        struct RTCHit hit = {.geomID = a->geomID, .primID = 0, .instID = {RTC_INVALID_GEOMETRY_ID}};
+        if (!(t[i] > rayhit->ray.tnear) || !(t[i] < far))
+            continue;
+        rayhit->ray.tfar = t[i];
+        if (accepts((const void *)a->context, s, &rayhit->ray, &hit)) {
+            rayhit->hit = hit;
+            return;
+        }
+        rayhit->ray.tfar = far;
+    }
+}
+
+static void shape_occluded(const struct RTCOccludedFunctionNArguments *a)
+{
+    struct RTCRay *ray = (void *)a->ray;
+    float t[2];
+    int count = a->valid[0] ? meet(a->geometryUserPtr, ray, t) : 0;
+    for (int i = 0; i < count; i++)
+        if (t[i] > ray->tnear && t[i] < ray->tfar)
+            ray->tfar = -INFINITY;
+}
+
+// ---- building --------------------------------------------------------------------------------------------
+static void report_device(void *user, enum RTCError code, const char *text)
+{
+    NG_UNUSED(user);
+    ng_log_error("ray tracing: Embree reports error %d: %s", (int)code, text ? text : "no reason given");
+}
+
+static void free_scene(struct lf_tracer *t)
+{
+    if (t->scene)
+        rtcReleaseScene(t->scene);
+    if (t->emitters)
+        rtcReleaseScene(t->emitters);
+    for (uint32_t i = 0; i < t->slot_count; i++)
+        if (t->slots[i].geometry)
+            rtcReleaseGeometry(t->slots[i].geometry);
+    free(t->slots);
+    t->scene = t->emitters = NULL;
+    t->slots = NULL;
+    t->slot_count = 0;
+    t->dynamic = false;
+    t->snapshot = NULL;
+}
+
+static ng_result out_of_memory(struct lf_tracer *t)
+{
+    free_scene(t);
+    ng_log_error("ray tracing: out of memory for the scene");
+    return NG_ERROR_MEMORY;
+}
+
+ng_result lf_tracer_create(struct lf_tracer **out)
+{
+    struct lf_tracer *t = calloc(1, sizeof *t);
+    *out = t;
+    if (!t)
+        return NG_ERROR_MEMORY;
+    t->device = rtcNewDevice("threads=1,user_threads=1");
+    if (!t->device) {
+        ng_log_error("ray tracing: Embree cannot be started (error %d)", (int)rtcGetDeviceError(NULL));
+        lf_tracer_destroy(out);
+        return NG_ERROR_DEVICE;
+    }
+    rtcSetDeviceErrorFunction(t->device, report_device, NULL);
+    lf_srgb_make(&t->srgb);
+    return NG_OK;
+}
+
+void lf_tracer_destroy(struct lf_tracer **tracer)
+{
+    struct lf_tracer *t = *tracer;
+    *tracer = NULL;
+    if (!t)
+        return;
+    free_scene(t);
+    if (t->device)
+        rtcReleaseDevice(t->device);
+    free(t);
+}
+
+static enum lf_shape shape_of(const struct ng_snapshot *snapshot, const struct ng_snapshot_instance *instance)
+{
+    if (instance->light == NG_NONE)
+        return LF_SHAPE_TRIANGLES;
+    const struct ng_light_source *source = &snapshot->lights[instance->light].source;
+    struct ng_light_surface surface = {.shape = NG_LIGHT_SHAPE_MESH};
+    if (source->type->surface)
+        source->type->surface(source, &surface);
+    return surface.shape == NG_LIGHT_SHAPE_SPHERE ? LF_SHAPE_SPHERE
+           : surface.shape == NG_LIGHT_SHAPE_DISK ? LF_SHAPE_DISK
+                                                  : LF_SHAPE_TRIANGLES;
+}
+
+static void write_vertices(struct slot *s, const struct ng_snapshot_mesh *mesh)
+{
+    for (size_t i = 0; i < mesh->vertex_count; i++)
+        lf_transform_point(s->matrix, mesh->positions + i * 3, s->vertices + i * 3);
+}
+
+// Reads what an instance is now; true if its place or form is another.
+static bool read_instance(struct slot *s, const struct ng_snapshot *snapshot)
+{
+    const struct ng_snapshot_instance *instance = &snapshot->instances[s->instance];
+    const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
+    bool moved =
+        s->mesh_revision != mesh->revision || memcmp(s->matrix, instance->matrix, sizeof s->matrix) != 0;
+    s->mesh_revision = mesh->revision;
+    s->version = instance->version;
+    s->flags = instance->flags;
+    memcpy(s->matrix, instance->matrix, sizeof s->matrix);
+    return moved;
+}
+
+static ng_result make_triangles(struct lf_tracer *t, struct slot *s, const struct ng_snapshot_mesh *mesh)
+{
+    s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    s->vertices = rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                          3 * sizeof(float), mesh->vertex_count ? mesh->vertex_count : 1);
+    s->indices = rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                         3 * sizeof(uint32_t), mesh->index_count / 3);
+    if (!s->vertices || (!s->indices && mesh->index_count))
+        return NG_ERROR_MEMORY;
+    write_vertices(s, mesh);
+    if (mesh->index_count)
+        memcpy(s->indices, mesh->indices, (size_t)(mesh->index_count / 3 * 3) * sizeof(uint32_t));
+    t->stats.triangles += mesh->index_count / 3;
+    return NG_OK;
+}
+
+static void make_shape(struct lf_tracer *t, struct slot *s)
+{
+    s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(s->geometry, 1);
+    rtcSetGeometryBoundsFunction(s->geometry, (RTCBoundsFunction)shape_bounds, NULL);
+    rtcSetGeometryIntersectFunction(s->geometry, shape_intersect);
+    rtcSetGeometryOccludedFunction(s->geometry, shape_occluded);
+}
+
+static void commit_geometry(struct slot *s)
+{
+    if (s->shape == LF_SHAPE_TRIANGLES) {
+        bool masked = s->flags & NG_INSTANCE_MASKED;
+        rtcSetGeometryIntersectFilterFunction(s->geometry, masked ? filter_mask : NULL);
+        rtcSetGeometryOccludedFilterFunction(s->geometry, masked ? filter_mask : NULL);
+    }
+    rtcCommitGeometry(s->geometry);
+}
+
+static ng_result make_slot(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t index)
+{
+    struct slot *s = &t->slots[index];
+    const struct ng_snapshot_instance *instance = &snapshot->instances[index];
+    const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
+    *s = (struct slot){.tracer = t,
+                       .instance = index,
+                       .shape = shape_of(snapshot, instance),
+                       .entity = instance->entity,
+                       .mesh_key = mesh->key};
+    read_instance(s, snapshot);
+    if (s->shape != LF_SHAPE_TRIANGLES)
+        make_shape(t, s);
+    else if (make_triangles(t, s, mesh) != NG_OK)
+        return NG_ERROR_MEMORY;
+    rtcSetGeometryUserData(s->geometry, s);
+    commit_geometry(s);
+    rtcAttachGeometryByID(t->scene, s->geometry, index);
+    if (instance->light != NG_NONE)
+        rtcAttachGeometryByID(t->emitters, s->geometry, index);
+    return NG_OK;
+}
+
+static ng_result build(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+{
+    free_scene(t);
+    t->stats.triangles = 0;
+    t->slots = calloc(snapshot->instance_count ? snapshot->instance_count : 1, sizeof *t->slots);
+    t->scene = rtcNewScene(t->device);
+    t->emitters = rtcNewScene(t->device);
+    if (!t->slots || !t->scene || !t->emitters)
+        return out_of_memory(t);
+    rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneFlags(t->emitters, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    t->slot_count = snapshot->instance_count;
+    t->snapshot = snapshot; // masks are looked up while Embree builds nothing, but callbacks may
+    for (uint32_t i = 0; i < t->slot_count; i++)
+        if (make_slot(t, snapshot, i) != NG_OK)
+            return out_of_memory(t);
+    t->stats.updated = t->stats.built = t->slot_count;
+    return NG_OK;
+}
+
+// Whether the snapshot has the instances that the slots were made from.
+static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *snapshot)
+{
+    if (!t->scene || t->slot_count != snapshot->instance_count)
+        return false;
+    for (uint32_t i = 0; i < t->slot_count; i++) {
+        const struct ng_snapshot_instance *instance = &snapshot->instances[i];
+        const struct slot *s = &t->slots[i];
+        if (!ng_entity_same(s->entity, instance->entity) ||
+            s->mesh_key != snapshot->meshes[instance->mesh].key || s->shape != shape_of(snapshot, instance))
+            return false;
+    }
+    return true;
+}
+
+static void become_dynamic(struct lf_tracer *t)
+{
+    if (t->dynamic)
+        return;
+    t->dynamic = true;
+    rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION | RTC_SCENE_FLAG_DYNAMIC);
+    t->stats.built = t->slot_count; // into structures of their own, this once
+}
+
+static void follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+{
+    for (uint32_t i = 0; i < t->slot_count; i++) {
+        struct slot *s = &t->slots[i];
+        if (s->version == snapshot->instances[i].version)
+            continue;
+        uint32_t before = s->flags;
+        bool moved = read_instance(s, snapshot);
+        if (!moved && ((before ^ s->flags) & NG_INSTANCE_MASKED) == 0)
+            continue; // it reflects in another way
+        t->stats.updated++;
+        become_dynamic(t);
+        if (s->shape == LF_SHAPE_TRIANGLES) {
+            rtcSetGeometryBuildQuality(s->geometry, RTC_BUILD_QUALITY_REFIT);
+            write_vertices(s, &snapshot->meshes[snapshot->instances[i].mesh]);
+            rtcUpdateGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+        }
+        commit_geometry(s);
+    }
+}
+
+ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+{
+    NG_REQUIRE(snapshot, "a tracer follows a snapshot");
+    uint64_t begin = ng_clock_ns();
+    t->stats.updated = t->stats.built = 0;
+    if (!same_instances(t, snapshot))
+        NG_TRY(build(t, snapshot));
+    else
+        follow(t, snapshot);
+    t->snapshot = snapshot;
+    if (t->stats.updated) {
+        rtcCommitScene(t->scene);
+        rtcCommitScene(t->emitters);
+    }
+    if (rtcGetDeviceError(t->device) != RTC_ERROR_NONE)
+        return out_of_memory(t);
+    t->stats.instances = t->slot_count;
+    t->stats.update_ms = (double)(ng_clock_ns() - begin) * 1e-6;
+    return NG_OK;
+}
+
+// ---- rays ------------------------------------------------------------------------------------------------
+static struct RTCRay embree_ray(const struct lf_ray *ray)
+{
+    return (struct RTCRay){.org_x = ray->origin[0],
+                           .org_y = ray->origin[1],
+                           .org_z = ray->origin[2],
+                           .tnear = ray->near,
+                           .dir_x = ray->direction[0],
+                           .dir_y = ray->direction[1],
+                           .dir_z = ray->direction[2],
+                           .mask = UINT32_MAX,
+                           .tfar = ray->far};
+}
+
+static struct query make_query(enum lf_ray_kind kind, lf_trace_fn visit, void *user)
+{
+    struct query q = {.kind = kind, .visit = visit, .user = user};
+    rtcInitIntersectContext(&q.context);
+    if (visit || kind == LF_RAY_CAMERA)
+        q.context.filter = filter_query;
+    return q;
+}
+
+static struct RTCRayHit start(const struct lf_ray *ray)
+{
+    return (struct RTCRayHit){.ray = embree_ray(ray), .hit.geomID = RTC_INVALID_GEOMETRY_ID};
+}
+
+bool lf_trace_closest(const struct lf_tracer *t, const struct lf_ray *ray, enum lf_ray_kind kind,
+                      struct lf_hit *out)
+{
+    struct query q = make_query(kind, NULL, NULL);
+    struct RTCRayHit rayhit = start(ray);
+    rtcIntersect1(t->scene, &q.context, &rayhit);
+    if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        return false;
+    describe(&t->slots[rayhit.hit.geomID], &rayhit.ray, &rayhit.hit, out);
+    return true;
+}
+
+bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
+{
+    struct query q = make_query(LF_RAY_ALL, NULL, NULL);
+    struct RTCRay r = embree_ray(ray);
+    rtcOccluded1(t->scene, &q.context, &r);
+    return r.tfar < 0;
+}
+
+void lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_trace_fn visit, void *user)
+{
+    struct query q = make_query(LF_RAY_ALL, visit, user);
+    struct RTCRayHit rayhit = start(ray);
+    rtcIntersect1(t->emitters, &q.context, &rayhit);
+}
+
+uint32_t lf_trace_bare(const struct lf_tracer *t, const struct lf_ray *rays, uint32_t count)
+{
+    uint32_t met = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        struct query q = make_query(LF_RAY_ALL, NULL, NULL);
+        struct RTCRayHit rayhit = start(&rays[i]);
+        rtcIntersect1(t->scene, &q.context, &rayhit);
+        met += rayhit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    }
+    return met;
+}
+
+void lf_trace_origin(const struct lf_tracer *t, const float position[3], const float normal[3],
+                     const float direction[3], float out[3])
+{
+    float size = t->snapshot->scene_radius;
+    for (int i = 0; i < 3; i++)
+        size = fmaxf(size, fabsf(position[i]));
+    float side = lf_dot(normal, direction) < 0 ? -1.0f : 1.0f;
+    lf_mad(position, normal, side * 1e-5f * size, out);
+}

@@ -1,0 +1,84 @@
+// Rays against a snapshot: the one user of Embree.
+//
+//     struct lf_tracer *tracer;
+//     NG_TRY(lf_tracer_create(&tracer));
+//     NG_TRY(lf_tracer_update(tracer, snapshot));     // again for every frame: only what moved is touched
+//     if (lf_trace_closest(tracer, &ray, LF_RAY_ALL, &hit)) ...
+//
+// Triangles are kept in world space. The surfaces of sphere and disk lights are exact spheres and ellipses
+// here, not the triangles of the snapshot, so that a ray meets exactly the points that the light's sampling
+// (light/light.h) chooses from. Alpha masks let rays through.
+//
+// Sides (engine/README.md, "Radiometry"): every surface blocks light from both sides. A camera ray
+// (LF_RAY_CAMERA) passes through the backs of one-sided surfaces, as the G-buffer does, so that a camera
+// looks into a closed room from outside. All other rays meet backs; what they meet there is black.
+//
+// A tracer borrows the snapshot until the next update; the extractor must not run in between while rays are
+// traced. Queries are thread-safe, updates are not. Results do not depend on the number of threads.
+#ifndef LF_TRACE_TRACER_H
+#define LF_TRACE_TRACER_H
+
+#include "base/result.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct ng_snapshot;
+struct lf_tracer;
+
+// What an update had to do, for tests and benchmarks.
+struct lf_tracer_stats {
+    uint32_t instances; // in the scene
+    uint32_t updated;   // whose vertices or shape were written by the last update
+    uint32_t built;     // whose acceleration structure was built anew rather than refitted
+    uint64_t triangles;
+    double update_ms; // of the last update
+};
+
+NG_NODISCARD ng_result lf_tracer_create(struct lf_tracer **out);
+void lf_tracer_destroy(struct lf_tracer **tracer);
+
+// Follows a snapshot. What has the same entity, mesh and version as before is left alone; what moved or
+// deformed is refitted; where instances come or go everything is built again. Errors, logged:
+// NG_ERROR_MEMORY; the tracer is then empty.
+NG_NODISCARD ng_result lf_tracer_update(struct lf_tracer *tracer, const struct ng_snapshot *snapshot);
+const struct ng_snapshot *lf_tracer_snapshot(const struct lf_tracer *tracer); // borrowed; null before
+struct lf_tracer_stats lf_tracer_stats_of(const struct lf_tracer *tracer);
+
+struct lf_ray {
+    float origin[3], direction[3]; // world; direction unit
+    float near, far;               // metres along the direction; far may be INFINITY
+};
+
+struct lf_hit {
+    uint32_t instance;    // of the snapshot
+    uint32_t triangle;    // of the instance's mesh; 0 for exact shapes
+    float barycentric[2]; // weights of vertices 1 and 2; zero for exact shapes
+    float distance;
+    float position[3]; // on the surface, more exact than origin + distance * direction
+    float normal[3];   // geometric, unit, of the front (mirrored placements considered)
+    bool front;        // the ray meets the front
+};
+
+enum lf_ray_kind { LF_RAY_ALL, LF_RAY_CAMERA };
+
+// False if nothing is met.
+bool lf_trace_closest(const struct lf_tracer *tracer, const struct lf_ray *ray, enum lf_ray_kind kind,
+                      struct lf_hit *out);
+bool lf_trace_occluded(const struct lf_tracer *tracer, const struct lf_ray *ray);
+// Visits every meeting of the ray with the surface of a light, as if there were nothing else: in no
+// particular, but always the same, order.
+typedef void (*lf_trace_fn)(void *user, const struct lf_hit *hit);
+void lf_trace_emitters(const struct lf_tracer *tracer, const struct lf_ray *ray, lf_trace_fn visit,
+                       void *user);
+
+// Closest hits without anything around them: what the speed of a renderer is compared with. Returns how many
+// rays met something.
+uint32_t lf_trace_bare(const struct lf_tracer *tracer, const struct lf_ray *rays, uint32_t count);
+
+// An origin off a surface at `position` with geometric `normal`, on the side of `direction`, far enough that
+// a ray does not meet the surface that it starts on.
+void lf_trace_origin(const struct lf_tracer *tracer, const float position[3], const float normal[3],
+                     const float direction[3], float out[3]);
+
+#endif

@@ -1,0 +1,69 @@
+// Three floats, as the public structs hold them. cglm's own functions take no const arrays.
+#ifndef LF_TRACE_VEC_H
+#define LF_TRACE_VEC_H
+
+#include <math.h>
+#include <stdbool.h>
+
+static inline float lf_dot(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// a + b * t
+static inline void lf_mad(const float a[3], const float b[3], float t, float out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = a[i] + b[i] * t;
+}
+
+static inline void lf_scale(const float a[3], float t, float out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = a[i] * t;
+}
+
+static inline void lf_cross(const float a[3], const float b[3], float out[3])
+{
+    const float c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    for (int i = 0; i < 3; i++)
+        out[i] = c[i];
+}
+
+// False, and `v` unchanged, where there is no direction.
+static inline bool lf_normalize(float v[3])
+{
+    float square = lf_dot(v, v);
+    if (!(square > 0) || !isfinite(square))
+        return false;
+    lf_scale(v, 1.0f / sqrtf(square), v);
+    return true;
+}
+
+static inline float lf_mean(const float rgb[3])
+{
+    return (rgb[0] + rgb[1] + rgb[2]) / 3.0f;
+}
+
+static inline float lf_max3(const float rgb[3])
+{
+    float m = rgb[0] > rgb[1] ? rgb[0] : rgb[1];
+    return m > rgb[2] ? m : rgb[2];
+}
+
+// 3x4 row-major matrices of snapshots.
+static inline void lf_transform_vector(const float m[12], const float v[3], float out[3])
+{
+    const float r[3] = {lf_dot(m, v), lf_dot(m + 4, v), lf_dot(m + 8, v)};
+    for (int i = 0; i < 3; i++)
+        out[i] = r[i];
+}
+
+static inline void lf_transform_point(const float m[12], const float p[3], float out[3])
+{
+    lf_transform_vector(m, p, out);
+    for (int i = 0; i < 3; i++)
+        out[i] += m[i * 4 + 3];
+}
+
+#endif
