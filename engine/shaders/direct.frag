@@ -76,8 +76,10 @@ void main()
             continue;
         vec3 h = normalize(l + v);
         float v_h = max(dot(v, h), 0.0), n_h = max(dot(n, h), 0.0);
+        float lobe = ng_brdf_lobe(n_l, n_v, n_h, roughness);
         for (int c = 0; c < 3; c++)
-            sum[c] += ng_brdf(n_l, n_v, n_h, v_h, diffuse[c], specular[c], roughness) * irradiance[c] * n_l;
+            sum[c] += (ng_brdf_diffuse(n_l, n_v, v_h, diffuse[c], specular[c]) + lobe * ng_brdf_f(v_h, specular[c])) *
+                      irradiance[c] * n_l;
     }
     out_unshadowed = vec4(sum, 0);
     if (sum != vec3(0))

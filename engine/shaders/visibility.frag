@@ -120,8 +120,8 @@ float visibility(receiver r, float texel)
         count += b > 0 ? 1.0 : 0.0;
         sum += b;
     }
-    if (count == 0)
-        return 1;
+    if (count == 0 || count == float(BLOCKER_SAMPLES))
+        return count == 0 ? 1 : 0;
     float distance = sum / count, gap = max(r.distance - distance, 0);
     float width = light.soft_radius * (infinite ? gap : min(gap / distance, 1.0));
     float open = 0;

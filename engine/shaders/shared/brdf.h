@@ -73,11 +73,15 @@ NG_SHADER_FN float ng_brdf_diffuse(float nl, float nv, float vh, float albedo, f
 {
     return nl > 0.0f && nv > 0.0f ? (1.0f - ng_brdf_f(vh, f0)) * albedo / NG_SHADER_PI : 0.0f;
 }
-NG_SHADER_FN float ng_brdf_specular(float nl, float nv, float nh, float vh, float f0, float roughness)
+// What the channels of the specular part share: D V. Times ng_brdf_f it is the specular part.
+NG_SHADER_FN float ng_brdf_lobe(float nl, float nv, float nh, float roughness)
 {
     float alpha = ng_brdf_alpha(roughness);
-    return nl > 0.0f && nv > 0.0f ? ng_brdf_d(nh, alpha) * ng_brdf_v(nl, nv, alpha) * ng_brdf_f(vh, f0)
-                                  : 0.0f;
+    return nl > 0.0f && nv > 0.0f ? ng_brdf_d(nh, alpha) * ng_brdf_v(nl, nv, alpha) : 0.0f;
+}
+NG_SHADER_FN float ng_brdf_specular(float nl, float nv, float nh, float vh, float f0, float roughness)
+{
+    return ng_brdf_lobe(nl, nv, nh, roughness) * ng_brdf_f(vh, f0);
 }
 NG_SHADER_FN float ng_brdf(float nl, float nv, float nh, float vh, float albedo, float f0, float roughness)
 {
