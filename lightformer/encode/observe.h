@@ -1,0 +1,94 @@
+// What the encoders of lights see, as plain data on the host: the G-buffer, and of each light its direct
+// VPLs, its reflective shadow map and its depth maps (paper 4.1 to 4.3; engine/README.md, "Light
+// observation").
+//
+//     lf_observer_create(gpu, jobs, &observer);
+//     NG_TRY(lf_observe(observer, &(struct lf_observe_params){.snapshot = snapshot, .width = 512, .height =
+//     512},
+//                       &observation));
+//
+// Everything comes from the renderer's own passes (G-buffer, light maps), read back; nothing is computed a
+// second time. lf_shadow_lookup is the one definition of the lookup in a depth map: the data set and passes
+// on the host call it.
+//
+// An observer belongs to the thread of its device.
+#ifndef LF_ENCODE_OBSERVE_H
+#define LF_ENCODE_OBSERVE_H
+
+#include "light/light.h"
+#include "shaders/shared/scene.h"
+
+struct lf_observer;
+struct ng_gpu;
+struct ng_jobs;
+struct ng_snapshot;
+
+#define LF_VPL_COUNT 500 // of a light, where the parameters do not say
+
+// A light that shines. Pictures are stored row by row from the top, views one after another.
+struct lf_light_observation {
+    uint32_t light;               // index in the snapshot
+    float power[3];               // W, by channel
+    struct ng_light_data data;    // proxy, faces or windows of the depth map: as shaders have it
+    struct ng_light_sample *vpls; // [vpl_count of the observation]
+    uint32_t rsm_views;           // of 64 x 64 texels (NG_RSM_SIZE)
+    const float *position;  // [rsm_views][64][64][4] world, metres; w: 1 where there is a surface, else 0
+    const uint16_t *normal; // the same, halfs: shading normal, world
+    const float *flux;      // the same: reflected flux, W
+    uint32_t depth_views, face_size;
+    const float *depth; // [depth_views][face_size][face_size] reverse-Z
+};
+
+// [height][width][4]; layouts as struct ng_gbuffer of render/frame.h. uint16_t are halfs.
+struct lf_gbuffer {
+    const float *position;    // world, metres; w: 1 where there is a surface
+    const uint16_t *normal;   // shading normal, world; w: roughness
+    const uint16_t *diffuse;  // albedo
+    const uint16_t *specular; // F0
+    const uint16_t *emission; // radiance
+};
+
+struct lf_observation {
+    uint32_t width, height, light_count, vpl_count;
+    struct lf_gbuffer gbuffer;
+    const struct lf_light_observation *lights;
+    float eye[3]; // of the camera, world
+};
+
+// `jobs` may be null. Both are borrowed.
+NG_NODISCARD ng_result lf_observer_create(struct ng_gpu *gpu, struct ng_jobs *jobs, struct lf_observer **out);
+void lf_observer_destroy(struct lf_observer **observer);
+
+struct lf_observe_params {
+    const struct ng_snapshot *snapshot; // needed
+    uint32_t width, height;             // pixels
+    uint32_t vpl_count;                 // of each light; 0: LF_VPL_COUNT
+};
+
+// Waits for the GPU. `*out` is the observer's until its next call.
+NG_NODISCARD ng_result lf_observe(struct lf_observer *observer, const struct lf_observe_params *params,
+                                  struct lf_observation *out);
+
+// A depth map in host memory. `depth`: [layers][face_size][face_size], reverse-Z as the views of `light` draw
+// it; a layer that `layers` does not have is outside of the map.
+struct lf_depth_map {
+    const struct ng_light_data *light;
+    const float *depth;
+    uint32_t layers, face_size;
+};
+
+struct lf_shadow {
+    float
+        receiver; // d_f: metres from the proxy (cube) or the scene sphere's entry (orthographic) to the point
+    float occluder; // d: the same to what the light sees in the point's direction; d_f outside of the map,
+                    // and where the light sees nothing
+};
+
+// Equation 2's distances for a world position. Pure.
+struct lf_shadow lf_shadow_lookup(const struct lf_depth_map *map, const float position[3]);
+
+// IEEE 754 binary16, round to nearest even; what is too large becomes infinite.
+uint16_t lf_half_from(float value);
+float lf_half_to(uint16_t half);
+
+#endif
