@@ -88,16 +88,20 @@ float lf_light_choice_probability(const struct lf_light_choice *c, const float p
     return EVEN_SHARE * even + (1 - EVEN_SHARE) * own;
 }
 
-uint32_t lf_light_choice_pick(const struct lf_light_choice *c, const float position[3], float total, float u)
+uint32_t lf_light_choice_pick(const struct lf_light_choice *c, const float position[3], float total, float *u)
 {
     uint32_t last = NG_NONE;
+    float below = 0; // probability of the lights before
     for (uint32_t i = 0; i < c->count; i++) {
         if (!(c->entries[i].strength > 0))
             continue;
         last = i;
-        u -= lf_light_choice_probability(c, position, total, i);
-        if (u < 0)
+        float own = lf_light_choice_probability(c, position, total, i);
+        if (*u < below + own) {
+            *u = fminf((*u - below) / own, 0x1.fffffep-1f);
             break;
+        }
+        below += own;
     }
     return last;
 }

@@ -130,11 +130,11 @@ static bool sample_light(const struct lf_path_scene *scene, const struct vertex 
 {
     struct ng_light_sample sample;
     struct ng_light_incident incident;
-    float u[2], value[3], pdf, pick = lf_sampler_1d(sampler);
+    float u[2], value[3], pdf;
     lf_sampler_2d(sampler, u);
     memset(whole, 0, 3 * sizeof(float));
     const float *position = v->surface.position;
-    uint32_t light = lf_light_choice_pick(scene->lights, position, v->choice_total, pick);
+    uint32_t light = lf_light_choice_pick(scene->lights, position, v->choice_total, &u[0]);
     if (light == NG_NONE)
         return false;
     const struct ng_light_source *source = &scene->lights->snapshot->lights[light].source;
@@ -161,9 +161,9 @@ struct step {
 
 static bool choose_direction(const struct vertex *v, struct lf_sampler *sampler, struct step *out)
 {
-    float u[2], lobe = lf_sampler_1d(sampler);
+    float u[2];
     lf_sampler_2d(sampler, u);
-    if (!lf_scatter_sample(&v->scatter, lobe, u, out->direction))
+    if (!lf_scatter_sample(&v->scatter, u, out->direction))
         return false;
     lf_scatter_eval(&v->scatter, out->direction, out->weight, &out->pdf);
     if (!(out->pdf > 0) || !(lf_max3(out->weight) > 0))
@@ -238,14 +238,13 @@ void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, 
 // False if the path ends here; survivors carry more.
 static bool play_roulette(struct lf_sampler *sampler, uint32_t bounce, float throughput[3])
 {
-    float u = lf_sampler_1d(sampler);
     if (!(lf_max3(throughput) > 0))
         return false;
     if (bounce < FIRST_ROULETTE)
         return true;
     float survival = fminf(lf_max3(throughput), MOST_SURVIVAL);
     lf_scale(throughput, 1 / survival, throughput);
-    return u < survival;
+    return lf_sampler_1d(sampler) < survival;
 }
 
 void lf_path_trace(const struct lf_path_scene *scene, const struct lf_primary *primary,

@@ -9,7 +9,8 @@ static uint32_t reverse_bits(uint32_t x)
     return (x & 0xaaaaaaaau) >> 1 | (x & 0x55555555u) << 1;
 }
 
-// Each bit is flipped by a hash of the bits below it.
+// Each bit is flipped by a hash of the bits below it. Owen's nested uniform scramble, which flips by the bits
+// above, is this between two reversals; the points below are made reversed, so that one of the two drops out.
 static uint32_t hash_upwards(uint32_t x, uint32_t seed)
 {
     x += seed;
@@ -18,12 +19,6 @@ static uint32_t hash_upwards(uint32_t x, uint32_t seed)
     x ^= x * 0xc7afe638u;
     x ^= x * 0x8d22f6e6u;
     return x;
-}
-
-// Owen's nested uniform scramble: each bit is flipped by a hash of the bits above it.
-static uint32_t scramble(uint32_t x, uint32_t seed)
-{
-    return reverse_bits(hash_upwards(reverse_bits(x), seed));
 }
 
 // Sobol's second dimension before reversal: Pascal's triangle modulo 2 times the index. The triangle of size
@@ -47,7 +42,7 @@ struct lf_sampler lf_sampler_start(enum lf_sampler_kind kind, uint64_t seed, uin
                                    uint32_t sample)
 {
     uint64_t pixel = ng_hash_combine(ng_hash_u64(seed), (uint64_t)y << 32 | x);
-    struct lf_sampler s = {.kind = kind, .pixel = pixel, .index = sample};
+    struct lf_sampler s = {.kind = kind, .pixel = pixel, .reversed = reverse_bits(sample)};
     if (kind == LF_SAMPLER_INDEPENDENT)
         s.rng = ng_rng_make(pixel, sample);
     return s;
@@ -61,16 +56,15 @@ void lf_sampler_2d(struct lf_sampler *s, float u[2])
         return;
     }
     uint64_t order = ng_hash_combine(s->pixel, s->draw++), bits = ng_hash_u64(order);
-    uint32_t index = scramble(s->index, (uint32_t)order);
-    u[0] = to_unit(scramble(reverse_bits(index), (uint32_t)bits));
-    u[1] = to_unit(scramble(reverse_bits(pascal(index)), (uint32_t)(bits >> 32)));
+    uint32_t index = reverse_bits(hash_upwards(s->reversed, (uint32_t)order));
+    u[0] = to_unit(reverse_bits(hash_upwards(index, (uint32_t)bits)));
+    u[1] = to_unit(reverse_bits(hash_upwards(pascal(index), (uint32_t)(bits >> 32))));
 }
 
 float lf_sampler_1d(struct lf_sampler *s)
 {
-    float u[2];
     if (s->kind == LF_SAMPLER_INDEPENDENT)
         return ng_rng_float(&s->rng);
-    lf_sampler_2d(s, u);
-    return u[0];
+    uint64_t order = ng_hash_combine(s->pixel, s->draw++);
+    return to_unit(reverse_bits(hash_upwards(s->reversed, (uint32_t)order)));
 }

@@ -15,9 +15,9 @@ enum lf_sampler_kind { LF_SAMPLER_SOBOL, LF_SAMPLER_INDEPENDENT };
 
 struct lf_sampler {
     enum lf_sampler_kind kind;
-    uint64_t pixel; // hash of seed and pixel
-    uint32_t index; // of the sample
-    uint32_t draw;  // so far
+    uint64_t pixel;    // hash of seed and pixel
+    uint32_t reversed; // index of the sample, its bits in reverse
+    uint32_t draw;     // so far
     struct ng_rng rng;
 };
 

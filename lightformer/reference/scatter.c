@@ -72,13 +72,15 @@ void lf_scatter_eval(const struct lf_scatter *s, const float direction[3], float
            (1 - s->specular_share) * nl / NG_SHADER_PI;
 }
 
-bool lf_scatter_sample(const struct lf_scatter *s, float lobe, const float u[2], float direction[3])
+bool lf_scatter_sample(const struct lf_scatter *s, const float u[2], float direction[3])
 {
+    // What is left of u[0] after the choice of a lobe is uniform again.
+    float share = s->specular_share, rest = u[0] < share ? u[0] / share : (u[0] - share) / (1 - share);
     struct ng_local_direction v = {s->view[0], s->view[1], s->view[2]}, l;
-    if (lobe < s->specular_share)
-        l = ng_brdf_reflect(v, ng_brdf_sample_half(v, s->surface->roughness, u[0], u[1]));
+    if (u[0] < share)
+        l = ng_brdf_reflect(v, ng_brdf_sample_half(v, s->surface->roughness, rest, u[1]));
     else
-        l = ng_brdf_sample_cosine(u[0], u[1]);
+        l = ng_brdf_sample_cosine(rest, u[1]);
     lf_scale(s->surface->normal, l.z, direction);
     lf_mad(direction, s->tangent, l.x, direction);
     lf_mad(direction, s->bitangent, l.y, direction);

@@ -21,6 +21,6 @@ void lf_scatter_at(const struct lf_surface *surface, const float toward[3], stru
 void lf_scatter_eval(const struct lf_scatter *s, const float direction[3], float value[3], float *pdf);
 // False if the chosen direction goes nowhere (below the surface). Then, or where its value is zero, the path
 // ends.
-bool lf_scatter_sample(const struct lf_scatter *s, float lobe, const float u[2], float direction[3]);
+bool lf_scatter_sample(const struct lf_scatter *s, const float u[2], float direction[3]);
 
 #endif

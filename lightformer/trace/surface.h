@@ -17,7 +17,6 @@ struct lf_surface {
     bool front, double_sided;
 };
 
-// `direction`: of the ray that made the hit.
 void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out);
 // Whether it is met from the back and has none: black.
 static inline bool lf_surface_is_black(const struct lf_surface *s)
