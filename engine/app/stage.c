@@ -46,8 +46,7 @@ static ng_result open_device(struct ng_stage *stage, const struct ng_stage_param
         .redraw_lights = params->redraw_lights,
         .bare_passes = params->bare_passes,
     };
-    NG_TRY(ng_renderer_create(&renderer, &stage->renderer));
-    return ng_extractor_create(&stage->internal->extractor);
+    return ng_renderer_create(&renderer, &stage->renderer);
 }
 
 static ng_result open_window(struct ng_stage *stage, struct ng_window *window)
@@ -73,6 +72,8 @@ ng_result ng_stage_create(const struct ng_stage_params *params, struct ng_stage 
     stage->internal = internal;
     ng_result result = load_scene(stage, params);
     if (result == NG_OK)
+        result = ng_extractor_create(&internal->extractor);
+    if (result == NG_OK && !params->no_device)
         result = open_device(stage, params);
     if (result == NG_OK && params->window)
         result = open_window(stage, params->window);
@@ -152,6 +153,7 @@ ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *fra
         .overlay = frame->overlay,
         .overlay_user = frame->overlay_user,
     };
+    NG_REQUIRE(stage->renderer, "the stage was made without a device");
     NG_REQUIRE(window || (params.width && params.height), "a frame without a window needs a size");
     if (params.width == 0 || params.height == 0)
         return NG_OK;

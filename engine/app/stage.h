@@ -21,6 +21,7 @@ struct ng_stage_params {
     struct ng_window *window; // where frames appear; borrowed, must outlive the stage; null: no window
     const char *device;       // as in struct ng_gpu_params
     uint32_t threads;         // as in struct ng_jobs_params
+    bool no_device;           // nothing is drawn: ng_stage_seek and its snapshot are all there is
     // As in struct ng_renderer_params, for benchmarks:
     bool redraw_lights, bare_passes;
 };

@@ -87,7 +87,8 @@ struct lf_layer_info {
     bool uint;               // 32-bit unsigned instead of float
     const char *doc;         // one line
 };
-const struct lf_layer_info *lf_reference_layer_info(uint32_t index); // null past the end
+const struct lf_layer_info *lf_reference_layer_info(uint32_t index);   // null past the end
+const struct lf_layer_info *lf_reference_find_layer(const char *name); // null if there is none
 
 struct lf_layer {
     const struct lf_layer_info *info;
@@ -97,5 +98,8 @@ struct lf_layer {
 // Errors, logged: NG_ERROR_NOT_FOUND, NG_ERROR_MEMORY.
 NG_NODISCARD ng_result lf_reference_layer(const struct lf_reference *reference, const char *name,
                                           struct lf_layer *out);
+// Beauty as a display shows it, through the project's tone map at the camera's exposure: [height][width][4]
+// bytes, sRGB-encoded; the caller's, free(). Errors, logged: NG_ERROR_MEMORY.
+NG_NODISCARD ng_result lf_reference_display(const struct lf_reference *reference, uint8_t **rgba);
 
 #endif

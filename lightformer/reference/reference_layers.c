@@ -2,6 +2,7 @@
 #include "base/log.h"
 #include "lightformer/reference/reference_internal.h"
 #include "lightformer/trace/vec.h"
+#include "shaders/shared/tonemap.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -50,6 +51,14 @@ static const struct lf_layer_info infos[LAYER_COUNT] = {
 const struct lf_layer_info *lf_reference_layer_info(uint32_t index)
 {
     return index < LAYER_COUNT ? &infos[index] : NULL;
+}
+
+const struct lf_layer_info *lf_reference_find_layer(const char *name)
+{
+    for (uint32_t i = 0; i < LAYER_COUNT; i++)
+        if (strcmp(infos[i].name, name) == 0)
+            return &infos[i];
+    return NULL;
 }
 
 static void mean_of(const double sum[3], uint32_t samples, float out[3])
@@ -137,23 +146,53 @@ static void fill(const struct lf_reference *r, enum layer layer, struct lf_layer
 ng_result lf_reference_layer(const struct lf_reference *r, const char *name, struct lf_layer *out)
 {
     NG_REQUIRE(r->tracer, "lf_reference_begin comes first");
-    uint32_t layer = 0;
-    while (layer < LAYER_COUNT && strcmp(infos[layer].name, name) != 0)
-        layer++;
+    const struct lf_layer_info *info = lf_reference_find_layer(name);
     *out = (struct lf_layer){0};
-    if (layer == LAYER_COUNT) {
+    if (!info) {
         ng_log_error("reference: there is no layer \"%s\"", name);
         return NG_ERROR_NOT_FOUND;
     }
-    *out = (struct lf_layer){
-        .info = &infos[layer], .width = r->params.region.width, .height = r->params.region.height};
-    while (out->channels < 4 && infos[layer].channels[out->channels])
+    *out =
+        (struct lf_layer){.info = info, .width = r->params.region.width, .height = r->params.region.height};
+    while (out->channels < 4 && info->channels[out->channels])
         out->channels++;
     out->pixels = calloc(lf_pixel_count(r), out->channels * sizeof(float));
     if (!out->pixels) {
         ng_log_error("reference: out of memory for layer \"%s\"", name);
         return NG_ERROR_MEMORY;
     }
-    fill(r, (enum layer)layer, out);
+    fill(r, (enum layer)(info - infos), out);
     return NG_OK;
+}
+
+// ---- display ---------------------------------------------------------------------------------------------
+// As engine/shaders/tonemap.frag does it.
+static void tone_map(const float rgb[3], float exposure, uint8_t out[4])
+{
+    float x[3], peak = 0, toe = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        x[i] = fmaxf(rgb[i] * exposure, 0);
+        peak = fmaxf(peak, x[i]);
+        toe = fminf(toe, x[i]);
+    }
+    for (int i = 0; i < 3; i++)
+        out[i] = (uint8_t)(ng_srgb_encode(ng_tonemap(x[i], peak, toe)) * 255.0f + 0.5f);
+    out[3] = 255;
+}
+
+ng_result lf_reference_display(const struct lf_reference *r, uint8_t **rgba)
+{
+    struct lf_layer beauty;
+    *rgba = NULL;
+    NG_TRY(lf_reference_layer(r, "beauty", &beauty));
+    size_t pixels = lf_pixel_count(r);
+    uint8_t *out = malloc(pixels * 4);
+    float exposure = lf_tracer_snapshot(r->tracer)->camera.exposure;
+    for (size_t i = 0; out && i < pixels; i++)
+        tone_map((const float *)beauty.pixels + i * 3, exposure, out + i * 4);
+    free(beauty.pixels);
+    *rgba = out;
+    if (!out)
+        ng_log_error("reference: out of memory for what a display shows");
+    return out ? NG_OK : NG_ERROR_MEMORY;
 }

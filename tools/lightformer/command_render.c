@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "output.h"
 #include "progress.h"
+#include "render_reference.h"
 
 #include "app/stage.h"
 #include "base/file.h"
@@ -11,26 +12,50 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAX_LAYERS 20
+#define DEFAULT_SAMPLES 64
 
 struct render {
-    const char *scene, *camera, *graph, *device;
+    const char *scene, *camera, *graph, *device, *resume;
     struct cli_texts outputs;
     uint32_t method, aovs, threads;
     struct cli_size size;
     struct cli_range frames;
     double time;
+    // Of the method "reference":
+    uint32_t samples, depth, sampler, seed;
+    double clamp, time_limit;
+    bool antialias;
 };
 
 const char *const cli_methods[] = {"raster", NULL};
+// A picture may also be path-traced.
+static const char *const picture_methods[] = {"raster", "reference", NULL};
+static const char *const samplers[] = {
+    [LF_SAMPLER_SOBOL] = "sobol", [LF_SAMPLER_INDEPENDENT] = "independent", NULL};
+
+static bool is_reference(const struct render *r)
+{
+    return strcmp(picture_methods[r->method], "reference") == 0;
+}
+
+// The layers of all methods: the renderer's, then what the reference has besides. Null past the end.
+static const char *layer_name(uint32_t index)
+{
+    static const char *const more[] = {"variance", "samples"};
+    uint32_t count = 0;
+    while (ng_renderer_layer_info(count))
+        count++;
+    if (index < count)
+        return ng_renderer_layer_info(index)->name;
+    return index - count < NG_COUNT(more) ? more[index - count] : NULL;
+}
 
 // What --aov takes: the names of layers, then "all".
 static const char *aov_name(uint32_t index)
 {
-    const struct ng_layer_info *info = ng_renderer_layer_info(index);
-    if (info)
-        return info->name;
-    return index > 0 && ng_renderer_layer_info(index - 1) ? "all" : NULL;
+    if (layer_name(index))
+        return layer_name(index);
+    return index > 0 && layer_name(index - 1) ? "all" : NULL;
 }
 
 static const struct cli_option options[] = {
@@ -42,7 +67,14 @@ static const struct cli_option options[] = {
      .offset = offsetof(struct render, outputs),
      .value = "OUT",
      .doc = "where to write, .exr or .png; may be given more than once"},
-    CLI_METHOD(struct render),
+    {.name = "--method",
+     .kind = CLI_CHOICE,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct render, method),
+     .value = "NAME",
+     .fallback = "raster",
+     .choices = picture_methods,
+     .doc = "how light is computed"},
     CLI_PIXELS(struct render, "512x512"),
     {.name = "--time",
      .kind = CLI_REAL,
@@ -80,17 +112,72 @@ static const struct cli_option options[] = {
      .doc = "write the render graph of the last frame"},
     CLI_THREADS(struct render),
     CLI_DEVICE(struct render),
+    {.name = "--spp",
+     .kind = CLI_COUNT,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct render, samples),
+     .value = "N",
+     .min = 1,
+     .max = 1000000,
+     .doc = "reference: paths a pixel; 64 if not given"},
+    {.name = "--depth",
+     .kind = CLI_COUNT,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct render, depth),
+     .value = "N",
+     .max = 1 << 16,
+     .doc = "reference: longest path, 1: emission, 2: direct light; 0: no limit"},
+    {.name = "--sampler",
+     .kind = CLI_CHOICE,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct render, sampler),
+     .value = "NAME",
+     .choices = samplers,
+     .doc = "reference: random numbers; sobol if not given"},
+    {.name = "--seed",
+     .kind = CLI_COUNT,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct render, seed),
+     .value = "N",
+     .max = UINT32_MAX,
+     .doc = "reference: of the random numbers"},
+    {.name = "--clamp",
+     .kind = CLI_REAL,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct render, clamp),
+     .value = "L",
+     .max = 1e30,
+     .doc = "reference: largest indirect radiance of one path (biased); 0: none"},
+    {.name = "--aa",
+     .kind = CLI_FLAG,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct render, antialias),
+     .doc = "reference: filter over the pixel instead of starting at its centre"},
+    {.name = "--time-limit",
+     .kind = CLI_REAL,
+     .offset = offsetof(struct render, time_limit),
+     .value = "S",
+     .max = 1e9,
+     .doc = "reference: stop after so many seconds; 0: none"},
+    {.name = "--resume",
+     .kind = CLI_TEXT,
+     .offset = offsetof(struct render, resume),
+     .value = "FILE",
+     .doc = "reference: keep the paths in this file, and go on from it if it is there"},
 };
 
 // A rendering under way.
 struct job {
     const struct render *render;
     struct ng_stage *stage;
+    struct render_reference *reference; // null for the renderer's methods
+    uint32_t samples;                   // of the last picture
     uint64_t scene_hash;
-    const char *layers[MAX_LAYERS]; // of an EXR: beauty and what --aov names
+    const char *layers[OUTPUT_MAX_LAYERS]; // of an EXR: beauty and what --aov names
     uint32_t layer_count;
-    const char *wanted[MAX_LAYERS + 1]; // the same and "display", as far as outputs need them
+    const char *wanted[OUTPUT_MAX_LAYERS + 1]; // the same and "display", as far as outputs need them
     uint32_t wanted_count;
+    bool display;
 };
 
 static bool is_exr(const char *path)
@@ -98,9 +185,29 @@ static bool is_exr(const char *path)
     return strcmp(output_base_layer(path), "beauty") == 0;
 }
 
+static bool refuse(const char *why)
+{
+    fprintf(stderr, "lightformer render: %s\n", why);
+    return false;
+}
+
+static bool check_method(const struct render *r)
+{
+    bool asked = r->samples || r->depth || r->sampler || r->seed || r->clamp > 0 || r->antialias ||
+                 r->time_limit > 0 || r->resume;
+    if (!is_reference(r))
+        return !asked || refuse("--spp, --depth, --sampler, --seed, --clamp, --aa, --time-limit and --resume "
+                                "need --method reference");
+    if (r->graph || r->device)
+        return refuse("--method reference has neither a graph nor a device");
+    return !r->resume || !r->frames.given || refuse("--resume keeps one picture, not --frames");
+}
+
 // What the tables cannot say; false, reported, if it does not hold.
 static bool check_options(const struct render *r)
 {
+    if (!check_method(r))
+        return false;
     if (r->frames.given && r->time != 0) {
         fputs("lightformer render: --time and --frames exclude each other\n", stderr);
         return false;
@@ -122,13 +229,15 @@ static bool check_options(const struct render *r)
 // Whether "all" means this layer: what the method does not compute is an error only if asked for by name.
 static bool all_has(const struct render *r, const char *layer)
 {
-    return strcmp(cli_methods[r->method], "raster") != 0 || strcmp(layer, "indirect") != 0;
+    if (is_reference(r))
+        return lf_reference_find_layer(layer) != NULL;
+    return ng_renderer_find_layer(layer) && strcmp(layer, "indirect") != 0;
 }
 
 static bool wants_layer(const struct render *r, uint32_t index, const char *layer)
 {
     uint32_t all = 0;
-    while (ng_renderer_layer_info(all))
+    while (layer_name(all))
         all++;
     // "beauty" is in every EXR.
     return strcmp(layer, "beauty") == 0 || r->aovs >> index & 1 || (r->aovs >> all & 1 && all_has(r, layer));
@@ -137,17 +246,16 @@ static bool wants_layer(const struct render *r, uint32_t index, const char *laye
 static void choose_layers(struct job *job)
 {
     const struct render *r = job->render;
-    const struct ng_layer_info *info;
-    for (uint32_t i = 0; (info = ng_renderer_layer_info(i)) && job->layer_count < MAX_LAYERS; i++) {
-        if (wants_layer(r, i, info->name))
-            job->layers[job->layer_count++] = info->name;
-    }
-    bool exr = false, png = false;
+    bool exr = false;
     for (uint32_t i = 0; i < r->outputs.count; i++)
-        *(is_exr(r->outputs.items[i]) ? &exr : &png) = true;
-    for (uint32_t i = 0; exr && i < job->layer_count; i++)
+        *(is_exr(r->outputs.items[i]) ? &exr : &job->display) = true;
+    for (uint32_t i = 0; exr && layer_name(i) && job->layer_count < OUTPUT_MAX_LAYERS; i++) {
+        if (wants_layer(r, i, layer_name(i)))
+            job->layers[job->layer_count++] = layer_name(i);
+    }
+    for (uint32_t i = 0; i < job->layer_count; i++)
         job->wanted[job->wanted_count++] = job->layers[i];
-    if (png)
+    if (job->display)
         job->wanted[job->wanted_count++] = "display";
 }
 
@@ -161,30 +269,64 @@ static ng_result hash_scene(const char *path, uint64_t *out)
     return NG_OK;
 }
 
-static ng_result draw(const struct job *job, double time)
+static ng_result draw(struct job *job, double time)
 {
+    if (job->reference) {
+        NG_TRY(ng_stage_seek(job->stage, time, job->render->camera));
+        return render_reference_draw(job->reference, job->stage->snapshot, &job->samples);
+    }
     struct ng_stage_frame frame = {
         .time = time,
         .camera = job->render->camera,
         .width = job->render->size.width,
         .height = job->render->size.height,
-        .method = cli_methods[job->render->method],
+        .method = picture_methods[job->render->method],
         .layers = job->wanted,
         .layer_count = job->wanted_count,
     };
     return ng_stage_draw(job->stage, &frame);
 }
 
-// Writes the last frame to one file. `values` are the options that make exactly this picture.
-static ng_result write_output(const struct job *job, const char *path, const struct render *values)
+// The last frame, as the renderer has it.
+static ng_result fetch_frame(const struct job *job, struct output_layer *layers, struct output_picture *out)
+{
+    struct ng_renderer *renderer = job->stage->renderer;
+    *out = (struct output_picture){.layers = layers, .layer_count = job->layer_count};
+    for (uint32_t i = 0; i < job->layer_count; i++) {
+        struct ng_layer layer;
+        NG_TRY(ng_renderer_layer(renderer, job->layers[i], &layer));
+        layers[i] =
+            (struct output_layer){.name = layer.info->name,
+                                  .channel_names = layer.info->channels,
+                                  .channels = layer.channels,
+                                  .uint = layer.info->uint,
+                                  .pixels = layer.info->uint ? (const void *)layer.ids : layer.pixels};
+        out->width = layer.width;
+        out->height = layer.height;
+    }
+    return job->display ? ng_renderer_display(renderer, &out->display, &out->width, &out->height) : NG_OK;
+}
+
+static ng_result fetch(const struct job *job, struct output_layer *layers, struct output_picture *out)
+{
+    if (job->reference)
+        return render_reference_fetch(job->reference, job->layers, job->layer_count, job->display, out);
+    return fetch_frame(job, layers, out);
+}
+
+// Writes a picture to one file. `values` are the options that make exactly this picture.
+static ng_result write_output(const struct job *job, const char *path, const struct output_picture *picture,
+                              const struct render *values)
 {
     char command[1024];
-    if (!cli_canonical(&cli_render_command, values, command, sizeof command)) {
+    struct render made = *values;
+    made.samples = job->samples;
+    if (!cli_canonical(&cli_render_command, &made, command, sizeof command)) {
         ng_log_error("%s: the scene's or camera's name is too long for the picture's metadata", path);
         return NG_ERROR_UNSUPPORTED;
     }
     struct output_origin origin = {command, job->scene_hash};
-    NG_TRY(output_write(path, job->stage->renderer, job->layers, job->layer_count, &origin));
+    NG_TRY(output_write(path, picture, &origin));
     puts(path);
     return NG_OK;
 }
@@ -192,9 +334,12 @@ static ng_result write_output(const struct job *job, const char *path, const str
 static ng_result render_picture(struct job *job)
 {
     const struct render *r = job->render;
+    struct output_layer layers[OUTPUT_MAX_LAYERS];
+    struct output_picture picture;
     NG_TRY(draw(job, r->time));
+    NG_TRY(fetch(job, layers, &picture));
     for (uint32_t i = 0; i < r->outputs.count; i++)
-        NG_TRY(write_output(job, r->outputs.items[i], r));
+        NG_TRY(write_output(job, r->outputs.items[i], &picture, r));
     return NG_OK;
 }
 
@@ -203,13 +348,16 @@ static ng_result write_numbered(const struct job *job, uint32_t number)
     const struct render *r = job->render;
     struct render values = *r; // the same picture, asked for alone
     values.frames.first = values.frames.last = number;
+    struct output_layer layers[OUTPUT_MAX_LAYERS];
+    struct output_picture picture;
+    NG_TRY(fetch(job, layers, &picture));
     for (uint32_t i = 0; i < r->outputs.count; i++) {
         char path[4096];
         if (!output_numbered(r->outputs.items[i], number, path, sizeof path)) {
             ng_log_error("%s: the path is too long", r->outputs.items[i]);
             return NG_ERROR_IO;
         }
-        NG_TRY(write_output(job, path, &values));
+        NG_TRY(write_output(job, path, &picture, &values));
     }
     return NG_OK;
 }
@@ -251,12 +399,42 @@ static ng_result begin_motion(struct job *job)
     return before < 0 ? NG_OK : ng_stage_seek(job->stage, before, r->camera);
 }
 
+// Scene, place and time: what a reference follows from besides its own parameters.
+static uint64_t hash_picture(const struct job *job)
+{
+    const struct render *r = job->render;
+    uint64_t hash = ng_hash_bytes(job->scene_hash, &r->time, sizeof r->time);
+    return r->camera ? ng_hash_combine(hash, ng_hash_string(r->camera)) : hash;
+}
+
+static ng_result open_reference(struct job *job)
+{
+    const struct render *r = job->render;
+    struct render_reference_params params = {.scene = r->scene,
+                                             .reference = {.width = r->size.width,
+                                                           .height = r->size.height,
+                                                           .depth = r->depth,
+                                                           .sampler = (enum lf_sampler_kind)r->sampler,
+                                                           .seed = r->seed,
+                                                           .clamp = (float)r->clamp,
+                                                           .antialias = r->antialias,
+                                                           .jobs = job->stage->jobs},
+                                             .samples = r->samples ? r->samples : DEFAULT_SAMPLES,
+                                             .time_limit = r->time_limit,
+                                             .checkpoint = r->resume,
+                                             .picture = hash_picture(job)};
+    return render_reference_create(&params, &job->reference);
+}
+
 static ng_result render(struct job *job)
 {
     const struct render *r = job->render;
-    struct ng_stage_params params = {.scene = r->scene, .device = r->device, .threads = r->threads};
+    struct ng_stage_params params = {
+        .scene = r->scene, .device = r->device, .threads = r->threads, .no_device = is_reference(r)};
     NG_TRY(ng_stage_create(&params, &job->stage));
     NG_TRY(hash_scene(r->scene, &job->scene_hash));
+    if (is_reference(r))
+        NG_TRY(open_reference(job));
     choose_layers(job);
     NG_TRY(begin_motion(job));
     NG_TRY(r->frames.given ? render_sequence(job) : render_picture(job));
@@ -269,6 +447,7 @@ static int run(const void *args)
     if (!check_options(job.render))
         return CLI_USAGE;
     ng_result result = render(&job);
+    render_reference_destroy(&job.reference);
     ng_stage_destroy(&job.stage);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;
 }

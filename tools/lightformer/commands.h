@@ -32,7 +32,7 @@
         .name = "--json", .kind = CLI_FLAG, .offset = offsetof(type_, json), .doc = "print JSON"             \
     }
 
-// What --method takes, null-terminated.
+// What --method takes for frames in real time, null-terminated.
 extern const char *const cli_methods[];
 
 #define CLI_FRAMES_A_SECOND 30.0

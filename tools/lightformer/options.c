@@ -469,8 +469,10 @@ static bool has_value(const struct cli_option *o, const void *place)
     case CLI_TEXTS:
         return false;
     case CLI_COUNT:
-    case CLI_REAL:
     case CLI_CHOICE:
+        return o->fallback || *(const uint32_t *)place != 0;
+    case CLI_REAL:
+        return o->fallback || *(const double *)place != 0;
     case CLI_SIZE:
         break;
     }

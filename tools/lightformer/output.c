@@ -3,13 +3,12 @@
 #include "asset/exr.h"
 #include "asset/png.h"
 #include "base/file.h"
-#include "render/renderer.h"
 
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
-#define MAX_CHANNELS 64
+#define MAX_CHANNELS (OUTPUT_MAX_LAYERS * 4)
 #define TEXT_COUNT   3
 
 static bool is_exr(const char *path)
@@ -57,37 +56,33 @@ struct channels {
     uint32_t count;
 };
 
-static void add_layer(struct channels *c, const struct ng_layer *layer)
+static void add_layer(struct channels *c, const struct output_layer *layer)
 {
-    bool root = strcmp(layer->info->name, "beauty") == 0;
+    bool root = strcmp(layer->name, "beauty") == 0;
     for (uint32_t i = 0; i < layer->channels && c->count < MAX_CHANNELS; i++) {
         char *name = c->names[c->count];
-        snprintf(name, sizeof c->names[0], "%s%s%s", root ? "" : layer->info->name, root ? "" : ".",
-                 layer->info->channels[i]);
+        snprintf(name, sizeof c->names[0], "%s%s%s", root ? "" : layer->name, root ? "" : ".",
+                 layer->channel_names[i]);
         c->items[c->count++] = (struct ng_exr_channel){
             .name = name,
-            .type = layer->info->uint ? NG_EXR_UINT : NG_EXR_FLOAT,
-            .pixels = layer->info->uint ? (const void *)(layer->ids + i) : layer->pixels + i,
+            .type = layer->uint ? NG_EXR_UINT : NG_EXR_FLOAT,
+            .pixels = (const uint32_t *)layer->pixels + i,
             .stride = layer->channels,
         };
     }
 }
 
-static ng_result write_exr(const char *path, struct ng_renderer *renderer, const char *const *layers,
-                           uint32_t layer_count, const struct texts *t)
+static ng_result write_exr(const char *path, const struct output_picture *picture, const struct texts *t)
 {
     struct channels channels = {.count = 0};
-    struct ng_layer layer;
-    for (uint32_t i = 0; i < layer_count; i++) {
-        NG_TRY(ng_renderer_layer(renderer, layers[i], &layer));
-        add_layer(&channels, &layer);
-    }
+    for (uint32_t i = 0; i < picture->layer_count; i++)
+        add_layer(&channels, &picture->layers[i]);
     struct ng_exr_text texts[TEXT_COUNT];
     for (uint32_t i = 0; i < TEXT_COUNT; i++)
         texts[i] = (struct ng_exr_text){t->name[i], t->value[i]};
     struct ng_exr_params params = {
-        .width = layer.width,
-        .height = layer.height,
+        .width = picture->width,
+        .height = picture->height,
         .channels = channels.items,
         .channel_count = channels.count,
         .texts = texts,
@@ -96,22 +91,23 @@ static ng_result write_exr(const char *path, struct ng_renderer *renderer, const
     return ng_exr_write(path, &params);
 }
 
-static ng_result write_png(const char *path, struct ng_renderer *renderer, const struct texts *t)
+static ng_result write_png(const char *path, const struct output_picture *picture, const struct texts *t)
 {
     struct ng_png_text texts[TEXT_COUNT];
     for (uint32_t i = 0; i < TEXT_COUNT; i++)
         texts[i] = (struct ng_png_text){t->name[i], t->value[i]};
-    struct ng_png_params params = {.texts = texts, .text_count = TEXT_COUNT};
-    const uint8_t *pixels;
-    NG_TRY(ng_renderer_display(renderer, &pixels, &params.width, &params.height));
-    params.pixels = pixels;
+    struct ng_png_params params = {.width = picture->width,
+                                   .height = picture->height,
+                                   .pixels = picture->display,
+                                   .texts = texts,
+                                   .text_count = TEXT_COUNT};
     return ng_png_write(path, &params);
 }
 
-ng_result output_write(const char *path, struct ng_renderer *renderer, const char *const *layers,
-                       uint32_t layer_count, const struct output_origin *origin)
+ng_result output_write(const char *path, const struct output_picture *picture,
+                       const struct output_origin *origin)
 {
     struct texts t;
     describe(origin, &t);
-    return is_exr(path) ? write_exr(path, renderer, layers, layer_count, &t) : write_png(path, renderer, &t);
+    return is_exr(path) ? write_exr(path, picture, &t) : write_png(path, picture, &t);
 }

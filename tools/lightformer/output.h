@@ -1,5 +1,4 @@
-// Pictures on disk: the layers of a renderer's last frame as EXR, or what a display shows as PNG, each with
-// what made it in its metadata.
+// Pictures on disk: layers as EXR, or what a display shows as PNG, each with what made it in its metadata.
 #ifndef LIGHTFORMER_OUTPUT_H
 #define LIGHTFORMER_OUTPUT_H
 
@@ -9,7 +8,23 @@
 #include <stddef.h>
 #include <stdint.h>
 
-struct ng_renderer;
+#define OUTPUT_MAX_LAYERS 24
+
+// A layer, borrowed from whatever made the picture.
+struct output_layer {
+    const char *name;
+    const char *const *channel_names; // within the layer: "R"
+    uint32_t channels;
+    bool uint;          // uint32_t instead of float
+    const void *pixels; // [height][width][channels]
+};
+
+struct output_picture {
+    uint32_t width, height;
+    const struct output_layer *layers; // of an EXR; "beauty" has no prefix
+    uint32_t layer_count;
+    const uint8_t *display; // of a PNG: RGBA, sRGB-encoded
+};
 
 // What a picture follows from: no more and no less than this goes into its metadata.
 struct output_origin {
@@ -24,9 +39,7 @@ const char *output_base_layer(const char *path);
 // "name.exr" -> "name.0007.exr". False if it does not fit.
 bool output_numbered(const char *path, uint32_t frame, char *out, size_t size);
 
-// Writes the last frame. An EXR holds `layers`, of which "beauty" has no prefix; a PNG holds "display". All
-// of them must have been asked for in that frame.
-NG_NODISCARD ng_result output_write(const char *path, struct ng_renderer *renderer, const char *const *layers,
-                                    uint32_t layer_count, const struct output_origin *origin);
+NG_NODISCARD ng_result output_write(const char *path, const struct output_picture *picture,
+                                    const struct output_origin *origin);
 
 #endif
