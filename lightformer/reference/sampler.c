@@ -48,6 +48,14 @@ struct lf_sampler lf_sampler_start(enum lf_sampler_kind kind, uint64_t seed, uin
     return s;
 }
 
+// The point of this draw's shuffle that the sample takes, and the seeds that scramble its two coordinates.
+static uint32_t shuffle(struct lf_sampler *s, uint64_t *seeds)
+{
+    uint64_t order = ng_hash_combine(s->pixel, s->draw++);
+    *seeds = ng_hash_u64(order);
+    return reverse_bits(hash_upwards(s->reversed, (uint32_t)order));
+}
+
 void lf_sampler_2d(struct lf_sampler *s, float u[2])
 {
     if (s->kind == LF_SAMPLER_INDEPENDENT) {
@@ -55,16 +63,17 @@ void lf_sampler_2d(struct lf_sampler *s, float u[2])
         u[1] = ng_rng_float(&s->rng);
         return;
     }
-    uint64_t order = ng_hash_combine(s->pixel, s->draw++), bits = ng_hash_u64(order);
-    uint32_t index = reverse_bits(hash_upwards(s->reversed, (uint32_t)order));
-    u[0] = to_unit(reverse_bits(hash_upwards(index, (uint32_t)bits)));
-    u[1] = to_unit(reverse_bits(hash_upwards(pascal(index), (uint32_t)(bits >> 32))));
+    uint64_t seeds;
+    uint32_t index = shuffle(s, &seeds);
+    u[0] = to_unit(reverse_bits(hash_upwards(index, (uint32_t)seeds)));
+    u[1] = to_unit(reverse_bits(hash_upwards(pascal(index), (uint32_t)(seeds >> 32))));
 }
 
 float lf_sampler_1d(struct lf_sampler *s)
 {
     if (s->kind == LF_SAMPLER_INDEPENDENT)
         return ng_rng_float(&s->rng);
-    uint64_t order = ng_hash_combine(s->pixel, s->draw++);
-    return to_unit(reverse_bits(hash_upwards(s->reversed, (uint32_t)order)));
+    uint64_t seeds;
+    uint32_t index = shuffle(s, &seeds);
+    return to_unit(reverse_bits(hash_upwards(index, (uint32_t)seeds)));
 }

@@ -66,8 +66,10 @@ void lf_scatter_eval(const struct lf_scatter *s, const float direction[3], float
     if (!(l[2] > 0) || !(lf_dot(at->flat_normal, direction) > 0) || !lf_normalize(h))
         return;
     float nl = l[2], nv = v[2], nh = ng_max(h[2], 0.0f), vh = ng_max(lf_dot(v, h), 0.0f);
+    float lobe = ng_brdf_lobe(nl, nv, nh, at->roughness);
     for (int i = 0; i < 3; i++)
-        value[i] = nl * ng_brdf(nl, nv, nh, vh, at->albedo[i], at->f0[i], at->roughness);
+        value[i] =
+            nl * (ng_brdf_diffuse(nl, nv, vh, at->albedo[i], at->f0[i]) + lobe * ng_brdf_f(vh, at->f0[i]));
     *pdf = s->specular_share * ng_brdf_sample_pdf(nv, nh, at->roughness) +
            (1 - s->specular_share) * nl / NG_SHADER_PI;
 }

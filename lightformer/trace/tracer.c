@@ -449,7 +449,6 @@ static ng_result build(struct lf_tracer *t, const struct ng_snapshot *snapshot)
     rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneFlags(t->emitters, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     t->slot_count = snapshot->instance_count;
-    t->snapshot = snapshot; // masks are looked up while Embree builds nothing, but callbacks may
     for (uint32_t i = 0; i < t->slot_count; i++)
         if (make_slot(t, snapshot, i) != NG_OK)
             return out_of_memory(t);
@@ -507,12 +506,13 @@ ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapsh
     NG_REQUIRE(snapshot, "a tracer follows a snapshot");
     uint64_t begin = ng_clock_ns();
     t->stats.updated = t->stats.built = 0;
-    if (!same_instances(t, snapshot))
-        NG_TRY(build(t, snapshot));
-    else
+    bool same = same_instances(t, snapshot);
+    if (same)
         follow(t, snapshot);
+    else
+        NG_TRY(build(t, snapshot));
     t->snapshot = snapshot;
-    if (t->stats.updated) {
+    if (!same || t->stats.updated) {
         rtcCommitScene(t->scene);
         rtcCommitScene(t->emitters);
     }
