@@ -51,10 +51,7 @@ struct ng_animator {
 ng_result ng_animator_create(struct ng_animator **out)
 {
     *out = calloc(1, sizeof **out);
-    if (*out)
-        return NG_OK;
-    ng_log_error("animation: out of memory");
-    return NG_ERROR_MEMORY;
+    return *out ? NG_OK : ng_out_of_memory("an animator");
 }
 
 void ng_animator_destroy(struct ng_animator **animator)
@@ -68,12 +65,6 @@ void ng_animator_destroy(struct ng_animator **animator)
     ng_array_finish(&a->links);
     ng_array_finish(&a->slots);
     free(a);
-}
-
-static ng_result out_of_memory(void)
-{
-    ng_log_error("animation: out of memory for the playing clips");
-    return NG_ERROR_MEMORY;
 }
 
 // Lists what plays, in the order of entity ids: query order depends on the world's history, and sums of
@@ -92,7 +83,7 @@ static ng_result find_players(struct ng_animator *a, const struct ng_animate_par
                 continue;
             if (!ng_array_push(&a->players, (struct player){it.entities[i], *animation, clip})) {
                 ng_query_stop(&it);
-                return out_of_memory();
+                return ng_out_of_memory("the playing clips");
             }
         }
     }
@@ -138,7 +129,7 @@ static ng_result make_plan(struct ng_animator *a)
         for (uint32_t k = 0; k < player->clip->channel_count; k++) {
             struct link link = {&player->clip->channels[k], i, ng_entity_index(player->entity)};
             if (!ng_array_push(&a->links, link))
-                return out_of_memory();
+                return ng_out_of_memory("the playing clips");
         }
     }
     if (a->links.count > 1)
@@ -150,7 +141,7 @@ static ng_result make_plan(struct ng_animator *a)
             continue;
         }
         if (!ng_array_push(&a->slots, (struct slot){.first = i, .count = 1}))
-            return out_of_memory();
+            return ng_out_of_memory("the playing clips");
     }
     a->plan = plan_of(a);
     return NG_OK;
@@ -237,7 +228,7 @@ ng_result ng_animation_system_add(const struct ng_animate_params *p)
     NG_REQUIRE(p->world && p->lookup, "ng_animation_system_add needs a world and a clip lookup");
     struct animation_system *system = calloc(1, sizeof *system);
     if (!system)
-        return out_of_memory();
+        return ng_out_of_memory("the playing clips");
     system->params = *p;
     ng_result r = ng_animator_create(&system->animator);
     if (r == NG_OK)

@@ -101,10 +101,8 @@ static size_t content_size(enum ng_asset_kind kind, const union content *c)
 ng_result ng_assets_create(struct ng_assets **out)
 {
     *out = calloc(1, sizeof **out);
-    if (!*out) {
-        ng_log_error("assets: out of memory");
-        return NG_ERROR_MEMORY;
-    }
+    if (!*out)
+        return ng_out_of_memory("a set of assets");
     return NG_OK;
 }
 

@@ -100,12 +100,6 @@ static ng_result check_header(struct reader *r, const struct ng_exr_limits *limi
     return NG_OK;
 }
 
-static ng_result out_of_memory(const struct reader *r)
-{
-    ng_log_error("%s: out of memory", r->name);
-    return NG_ERROR_MEMORY;
-}
-
 static ng_result make_planes(struct reader *r, const struct ng_exr_limits *limits)
 {
     const exr_attr_chlist_t *channels;
@@ -121,7 +115,7 @@ static ng_result make_planes(struct reader *r, const struct ng_exr_limits *limit
     }
     out->planes = calloc((size_t)channels->num_channels, sizeof *out->planes);
     if (!out->planes)
-        return out_of_memory(r);
+        return ng_out_of_memory(r->name);
     for (int i = 0; i < channels->num_channels; i++) {
         const exr_attr_chlist_entry_t *c = &channels->entries[i];
         if (c->x_sampling != 1 || c->y_sampling != 1) {
@@ -133,7 +127,7 @@ static ng_result make_planes(struct reader *r, const struct ng_exr_limits *limit
         p->name = strdup(c->name.str);
         p->pixels = calloc(1, (size_t)plane);
         if (!p->name || !p->pixels)
-            return out_of_memory(r);
+            return ng_out_of_memory(r->name);
     }
     return NG_OK;
 }
@@ -146,7 +140,7 @@ static ng_result copy_texts(struct reader *r)
         return damaged(r, "the header has no attributes");
     out->texts = calloc((size_t)count + 1, sizeof *out->texts);
     if (!out->texts)
-        return out_of_memory(r);
+        return ng_out_of_memory(r->name);
     for (int32_t i = 0; i < count; i++) {
         const exr_attribute_t *a;
         if (exr_get_attribute_by_index(r->context, 0, EXR_ATTR_LIST_FILE_ORDER, i, &a) != EXR_ERR_SUCCESS ||
@@ -156,7 +150,7 @@ static ng_result copy_texts(struct reader *r)
         t->name = strdup(a->name);
         t->value = strdup(a->string->str);
         if (!t->name || !t->value)
-            return out_of_memory(r);
+            return ng_out_of_memory(r->name);
     }
     return NG_OK;
 }

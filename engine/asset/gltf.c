@@ -29,12 +29,6 @@ void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...)
     va_end(args);
 }
 
-ng_result ng_gltf_out_of_memory(const struct gltf_loader *l)
-{
-    ng_log_error("%s: out of memory", l->path);
-    return NG_ERROR_MEMORY;
-}
-
 void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ...)
 {
     if (*warned)
@@ -153,7 +147,7 @@ static ng_result load(struct gltf_loader *l)
     NG_TRY(check_required(l));
     NG_TRY(find_scene(l, &scene));
     if (!allocate_tables(l))
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     NG_TRY(make_root(l, scene));
     NG_TRY(ng_gltf_nodes(l, scene));
     NG_TRY(ng_gltf_materials(l));

@@ -198,7 +198,7 @@ ng_result ng_gltf_read(struct gltf_loader *l, int index, const struct gltf_want 
     NG_TRY(ng_gltf_budget(l, words * sizeof(union word), want->what));
     union word *items = calloc(words, sizeof *items);
     if (!items)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     ng_result r = fill(l, index, want, items);
     if (r != NG_OK) {
         free(items);

@@ -223,7 +223,7 @@ static ng_result make_clip(struct gltf_loader *l, uint32_t index, const struct g
     NG_TRY(ng_gltf_budget(l, count * sizeof *clip->channels, "an animation"));
     clip->channels = calloc(count + 1, sizeof *clip->channels);
     if (!clip->channels)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     NG_TRY(standard_channels(l, index, a, clip));
     return extra ? extension_channels(l, index, a, extra, clip) : NG_OK;
 }
@@ -245,7 +245,7 @@ static ng_result add_animation(struct gltf_loader *l, uint32_t index, ng_entity 
     struct ng_clip clip = {0};
     ng_result r = make_clip(l, index, a, &clip);
     if (r == NG_OK && !ng_array_reserve(&l->added, l->added.count + 1))
-        r = ng_gltf_out_of_memory(l);
+        r = ng_out_of_memory(l->path);
     if (r != NG_OK) {
         clip_finish(&clip);
         return r;

@@ -95,7 +95,7 @@ static ng_result read_vertices(struct gltf_loader *l, const char *where, const s
     c->vertex_count = mapped;
     c->positions = malloc((size_t)mapped * 12 + 1);
     if (!c->positions)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     for (size_t i = 0; i < mapped; i++)
         memcpy(c->positions + i * 3, g->positions + c->vertex_map[i] * (size_t)3, 12);
     return NG_OK;
@@ -124,7 +124,7 @@ ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gl
     NG_TRY(check_members(l, where, cage));
     struct ng_cage *c = g->cage = calloc(1, sizeof *c);
     if (!c)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     NG_TRY(read_faces(l, where, cage, c));
     NG_TRY(read_creases(l, where, cage, c));
     NG_TRY(read_vertices(l, where, cage, g, c));

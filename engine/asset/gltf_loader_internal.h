@@ -52,7 +52,6 @@ struct gltf_loader {
 void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRINTF(2, 3);
 #define ng_gltf_error(...)       (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_FORMAT)
 #define ng_gltf_unsupported(...) (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_UNSUPPORTED)
-ng_result ng_gltf_out_of_memory(const struct gltf_loader *l);
 // Warns once a load for each flag.
 void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ...) NG_PRINTF(3, 4);
 // Counts bytes that are about to be allocated against the limit.

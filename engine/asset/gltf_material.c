@@ -12,7 +12,7 @@ static ng_result keep_image(struct gltf_loader *l, const char *name, struct ng_i
 {
     if (!ng_array_reserve(&l->added, l->added.count + 1)) {
         ng_image_finish(image);
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     }
     l->memory += image->size; // bounded by the decoder, which was told what is left
     NG_TRY(ng_assets_take_image(l->assets, name, image, out));

@@ -103,7 +103,7 @@ static ng_result read_skinning(struct gltf_loader *l, const struct gltf_primitiv
         *joint_limit = g->joints[i] >= *joint_limit ? g->joints[i] + 1u : *joint_limit;
     }
     free(joints);
-    return g->joints ? NG_OK : ng_gltf_out_of_memory(l);
+    return g->joints ? NG_OK : ng_out_of_memory(l->path);
 }
 
 // The vertices in drawing order: the index accessor, or 0, 1, 2, ...
@@ -126,7 +126,7 @@ static ng_result read_order(struct gltf_loader *l, const struct gltf_primitive *
     *count = vertex_count;
     *out = malloc((size_t)vertex_count * 4);
     if (!*out)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     for (uint32_t i = 0; i < vertex_count; i++)
         (*out)[i] = i;
     return NG_OK;
@@ -146,7 +146,7 @@ static ng_result make_triangles(struct gltf_loader *l, const struct gltf_primiti
     NG_TRY(ng_gltf_budget(l, triangles * 12, where));
     uint32_t *out = malloc(triangles * 12);
     if (!out)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     for (size_t t = 0; t < triangles; t++) {
         bool strip = p->mode == GLTF_TRIANGLE_STRIP, odd = strip && t % 2 == 1;
         out[t * 3] = g->indices[strip ? t : 0];
@@ -191,7 +191,7 @@ static ng_result build_shape(struct gltf_loader *l, const struct gltf_primitive 
     struct ng_geometry g = {0};
     ng_result r = build(l, p, where, &g, &out->joint_limit);
     if (r == NG_OK && !ng_array_reserve(&l->added, l->added.count + 1))
-        r = ng_gltf_out_of_memory(l);
+        r = ng_out_of_memory(l->path);
     if (r != NG_OK) {
         ng_geometry_finish(&g);
         return r;
@@ -241,7 +241,7 @@ static ng_result make_table(struct gltf_loader *l)
         primitives += l->doc->meshes[i].primitive_count;
     while (slots < primitives * 2)
         slots *= 2;
-    return ng_array_resize(&l->shapes, slots) ? NG_OK : ng_gltf_out_of_memory(l);
+    return ng_array_resize(&l->shapes, slots) ? NG_OK : ng_out_of_memory(l->path);
 }
 
 ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive, struct gltf_shape *out)

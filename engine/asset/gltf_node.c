@@ -68,7 +68,7 @@ static ng_result check_no_cycle(struct gltf_loader *l)
         return NG_OK;
     bool *seen = calloc(d->node_count, sizeof *seen);
     if (!seen)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     for (uint32_t i = 0; i < l->order_count; i++)
         seen[l->order[i]] = true;
     uint32_t on_cycle = 0;
@@ -223,7 +223,7 @@ static ng_result attach_primitive(struct gltf_loader *l, const char *where, uint
         NG_TRY(attach_skin(l, where, n, &shape, e));
     struct gltf_instance instance = {.node = node, .skin = n->skin, .geometry = shape.geometry};
     if (!ng_array_push(&l->instances, instance))
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     l->out.primitive_count++;
     l->out.triangle_count += ng_assets_geometry(l->assets, shape.geometry)->index_count / 3;
     return ng_gltf_components(l, e, where, p->extension, "cage");

@@ -1,6 +1,7 @@
 // What a file may leave out: the scene's bounding sphere and a camera. Both come from the boxes of the
 // geometries in their rest pose.
 #include "asset/gltf_loader_internal.h"
+#include "base/log.h"
 #include "components/camera.h"
 #include "components/components.h"
 #include "components/scene_scale.h"
@@ -114,7 +115,7 @@ static ng_result measure(struct gltf_loader *l, struct ng_scene_scale *out)
     ok = ok && each_box(l, world, &b, grow_sphere);
     free(world);
     if (!ok)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     glm_vec3_copy(b.center, out->center);
     out->radius = fmaxf(sqrtf(b.radius_squared), 1e-6f);
     return NG_OK;

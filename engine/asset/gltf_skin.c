@@ -37,7 +37,7 @@ static ng_result read_inverse_bind(struct gltf_loader *l, uint32_t index, const 
                              l->doc->accessor_count);
     *out = calloc(skin->joint_count, 16 * sizeof(float));
     if (!*out)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     for (size_t i = 0; i < skin->joint_count * (size_t)16; i++)
         (*out)[i] = i % 16 % 5 == 0 ? 1.0f : 0.0f;
     return NG_OK;
@@ -57,7 +57,7 @@ static ng_result make_skeleton(struct gltf_loader *l, uint32_t index, const stru
     s->joint_count = skin->joint_count;
     s->joints = calloc(skin->joint_count, sizeof *s->joints);
     if (!s->joints)
-        return ng_gltf_out_of_memory(l);
+        return ng_out_of_memory(l->path);
     NG_TRY(read_joints(l, index, skin, s->joints));
     return read_inverse_bind(l, index, skin, &s->inverse_bind);
 }
@@ -72,7 +72,7 @@ ng_result ng_gltf_skin(struct gltf_loader *l, int index, ng_asset *out)
         struct ng_skeleton s = {0};
         ng_result r = make_skeleton(l, (uint32_t)index, skin, &s);
         if (r == NG_OK && !ng_array_reserve(&l->added, l->added.count + 1))
-            r = ng_gltf_out_of_memory(l);
+            r = ng_out_of_memory(l->path);
         if (r != NG_OK) {
             free(s.joints);
             free(s.inverse_bind);

@@ -140,10 +140,8 @@ static void convert(const struct reader *r, const unsigned char *rgbe, float *ou
 static ng_result read_pixels(struct reader *r, struct ng_image *image)
 {
     unsigned char *line = malloc((size_t)r->width * 4);
-    if (!line) {
-        ng_log_error("%s: out of memory", r->name);
-        return NG_ERROR_MEMORY;
-    }
+    if (!line)
+        return ng_out_of_memory(r->name);
     ng_result result = NG_OK;
     for (uint32_t y = 0; result == NG_OK && y < r->height; y++) {
         if (read_scan_line(r, line))

@@ -79,10 +79,8 @@ ng_result ng_jpeg_decode(const char *name, const void *data, size_t size,
 {
     *out = (struct ng_image){0};
     struct decoder *d = calloc(1, sizeof *d);
-    if (!d) {
-        ng_log_error("%s: out of memory", name);
-        return NG_ERROR_MEMORY;
-    }
+    if (!d)
+        return ng_out_of_memory(name);
     d->name = name;
     d->jpeg.err = jpeg_std_error(&d->errors);
     d->errors.error_exit = fail;

@@ -53,7 +53,7 @@ static bool reader_init(struct reader *r, const char *name, const void *data, si
     r->info = r->png ? png_create_info_struct(r->png) : NULL;
     if (!r->info) {
         png_destroy_read_struct(&r->png, NULL, NULL);
-        ng_log_error("%s: out of memory", name);
+        ng_out_of_memory(name);
         return false;
     }
     png_set_read_fn(r->png, r, read_bytes);
@@ -225,7 +225,7 @@ ng_result ng_png_write(const char *path, const struct ng_png_params *params)
     if (w.info)
         r = encode(&w, params);
     else
-        ng_log_error("%s: out of memory", path);
+        ng_out_of_memory(path);
     png_destroy_write_struct(&w.png, &w.info);
     free(w.texts);
     if (r == NG_OK)

@@ -77,7 +77,7 @@ ng_result ng_jobs_create(const struct ng_jobs_params *params, struct ng_jobs **o
     NG_REQUIRE(threads <= MAX_THREADS, "at most %u threads", MAX_THREADS);
     struct ng_jobs *j = calloc(1, sizeof *j + threads * sizeof j->workers[0]);
     if (!j)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("a set of worker threads");
     pthread_mutex_init(&j->caller_lock, NULL);
     pthread_mutex_init(&j->lock, NULL);
     pthread_cond_init(&j->wake, NULL);

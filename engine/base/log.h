@@ -21,4 +21,7 @@ void ng_log(enum ng_log_level level, const char *fmt, ...) NG_PRINTF(2, 3);
 #define ng_log_warn(...)  ng_log(NG_LOG_WARN, __VA_ARGS__)
 #define ng_log_error(...) ng_log(NG_LOG_ERROR, __VA_ARGS__)
 
+// Logs "out of memory: WHAT", what the memory was for or the file it was for, and gives NG_ERROR_MEMORY.
+ng_result ng_out_of_memory(const char *what);
+
 #endif

@@ -87,10 +87,7 @@ static bool changed_above(const struct placement_system *s, const struct ng_worl
 
 static ng_result push_dirty(struct placement_system *s, ng_entity e)
 {
-    if (ng_array_push(&s->dirty, e))
-        return NG_OK;
-    ng_log_error("out of memory for placements");
-    return NG_ERROR_MEMORY;
+    return ng_array_push(&s->dirty, e) ? NG_OK : ng_out_of_memory("placements");
 }
 
 // ---- keeping transform and placement together
@@ -195,10 +192,8 @@ static ng_result init(struct placement_system *s, struct ng_world *world)
 ng_result ng_placement_system_add(struct ng_world *world)
 {
     struct placement_system *s = calloc(1, sizeof *s);
-    if (!s) {
-        ng_log_error("out of memory for placements");
-        return NG_ERROR_MEMORY;
-    }
+    if (!s)
+        return ng_out_of_memory("placements");
     ng_result r = init(s, world);
     if (r != NG_OK)
         finish(s);

@@ -58,10 +58,8 @@ ng_result ng_ui_create(const struct ng_ui_params *params, struct ng_ui **out)
 {
     *out = NULL;
     struct ng_ui *ui = calloc(1, sizeof *ui);
-    if (!ui) {
-        ng_log_error("out of memory for the user interface");
-        return NG_ERROR_MEMORY;
-    }
+    if (!ui)
+        return ng_out_of_memory("the user interface");
     ui->gpu = params->gpu;
     ng_imgui_create(params->scale > 0 ? params->scale : 1);
     ng_result result = create_font(ui);
@@ -141,7 +139,7 @@ static ng_result draw(const struct ng_pass_context *ctx)
     NG_TRY(ng_frame_alloc(ctx->gpu, (uint64_t)n.indices * sizeof(uint32_t), &indices));
     struct ng_imgui_draw *draws = ng_graph_alloc(ctx->graph, n.draws * sizeof *draws);
     if (!draws)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the user interface");
     ng_imgui_copy(vertices.mapped, indices.mapped, draws);
 
     struct ng_gpu_binding font = {

@@ -17,10 +17,8 @@ ng_result ng_graph_create(const struct ng_graph_params *params, struct ng_graph 
     NG_REQUIRE(out, "ng_graph_create: out is null");
     *out = NULL;
     struct ng_graph *g = calloc(1, sizeof *g);
-    if (!g) {
-        ng_log_error("graph: out of memory");
-        return NG_ERROR_MEMORY;
-    }
+    if (!g)
+        return ng_out_of_memory("a render graph");
     if (params)
         g->params = *params;
     if (g->params.gpu) {

@@ -107,7 +107,7 @@ static struct memory_block *block_memory(struct ng_graph *g, const struct ng_pla
         struct memory_block fresh = {
             .host = want->host, .images = want->images, .slot = slot, .memory_types = want->memory_types};
         if (!ng_array_push(&g->blocks, fresh)) {
-            ng_log_error("graph: out of memory");
+            ng_out_of_memory("the render graph's memory blocks");
             return NULL;
         }
     }
@@ -181,7 +181,7 @@ static ng_result realise_transient(struct ng_graph *g, const struct ng_plan_reso
     NG_TRY(create_placed(g, r, b, &fresh.object));
     if (!ng_array_push(&g->cache, fresh)) {
         destroy_object(&fresh.object);
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory(r->name);
     }
     *out = fresh.object;
     return NG_OK;
@@ -295,10 +295,8 @@ static ng_result realise_kept(struct ng_graph *g, uint32_t index, struct physica
 {
     const struct ng_plan_resource *r = &g->plan.resources[index];
     struct kept *k = find_or_add_kept(g, &g->resources.items[index]);
-    if (!k) {
-        ng_log_error("graph: out of memory for '%s'", r->name);
-        return NG_ERROR_MEMORY;
-    }
+    if (!k)
+        return ng_out_of_memory(r->name);
     k->declared = true;
     uint32_t i = r->kind == NG_RESOURCE_CURRENT ? k->newest ^ 1u : k->newest;
     if (!k->images[i] && !k->buffers[i])

@@ -22,10 +22,8 @@ ng_result ng_composer_create(struct ng_graph *graph, struct ng_composer **out)
 {
     NG_REQUIRE(graph && out, "ng_composer_create: graph or out is null");
     *out = calloc(1, sizeof **out);
-    if (!*out) {
-        ng_log_error("composer: out of memory");
-        return NG_ERROR_MEMORY;
-    }
+    if (!*out)
+        return ng_out_of_memory("a composer");
     (*out)->graph = graph;
     return NG_OK;
 }
@@ -60,10 +58,7 @@ ng_result ng_composer_register(struct ng_composer *composer, const struct ng_pro
     NG_REQUIRE(provider->name && provider->name[0], "ng_composer_register: a provider without a name");
     NG_REQUIRE(find_provider(composer, provider->name) == composer->providers.count,
                "ng_composer_register: provider '%s' is registered already", provider->name);
-    if (ng_array_push(&composer->providers, *provider))
-        return NG_OK;
-    ng_log_error("composer: out of memory for provider '%s'", provider->name);
-    return NG_ERROR_MEMORY;
+    return ng_array_push(&composer->providers, *provider) ? NG_OK : ng_out_of_memory(provider->name);
 }
 
 void ng_composer_unregister(struct ng_composer *composer, const char *name)
@@ -97,10 +92,8 @@ ng_result ng_composer_publish(struct ng_composer *composer, const struct ng_item
     if (!list && ng_array_push(&composer->lists, (struct item_list){.type = type}))
         list = &composer->lists.items[composer->lists.count - 1];
     void *copy = ng_graph_alloc(composer->graph, type->size);
-    if (!list || !copy || !ng_array_push(&list->items, copy)) {
-        ng_log_error("composer: out of memory for an item of type '%s'", type->name);
-        return NG_ERROR_MEMORY;
-    }
+    if (!list || !copy || !ng_array_push(&list->items, copy))
+        return ng_out_of_memory(type->name);
     memcpy(copy, item, type->size);
     return NG_OK;
 }

@@ -37,10 +37,8 @@ ng_result ng_light_prepare(struct ng_light_source *s)
         return NG_OK;
     if (!s->tables) {
         s->tables = calloc(1, sizeof *s->tables);
-        if (!s->tables) {
-            ng_log_error("light: out of memory for a %s light", s->type->name);
-            return NG_ERROR_MEMORY;
-        }
+        if (!s->tables)
+            return ng_out_of_memory(s->type->name);
         decode_srgb(s->tables->srgb);
     }
     ng_result r = s->type->prepare(s);

@@ -13,12 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-ng_result ng_extract_out_of_memory(void)
-{
-    ng_log_error("extraction: out of memory for the frame's scene");
-    return NG_ERROR_MEMORY;
-}
-
 bool ng_extract_warn_once(struct ng_extractor *x, ng_entity e, enum ng_extract_warning kind)
 {
     uint64_t key = ng_hash_combine(e.id, kind) | 1;
@@ -32,7 +26,7 @@ ng_result ng_extractor_create(struct ng_extractor **out)
     struct ng_extractor *x = calloc(1, sizeof *x);
     *out = x;
     if (!x)
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     ng_result r = ng_extract_make_builtin(x);
     if (r != NG_OK)
         ng_extractor_destroy(out);

@@ -199,6 +199,5 @@ static inline bool ng_extract_same(const void *a, const void *b, size_t size)
 }
 // Name of an entity, for messages; "entity 12" if it has none.
 const char *ng_extract_name(const struct ng_extractor *x, ng_entity e, char buffer[NG_TEXT_SIZE]);
-NG_NODISCARD ng_result ng_extract_out_of_memory(void);
 
 #endif

@@ -44,7 +44,7 @@ static ng_result collect_slots(struct ng_extractor *x)
                                              .instance = NG_NONE};
                 if (!ng_array_push(&x->slots, slot)) {
                     ng_query_stop(&it);
-                    return ng_extract_out_of_memory();
+                    return ng_out_of_memory("the frame's scene");
                 }
             }
         }
@@ -96,7 +96,7 @@ static ng_result number_emitters(struct ng_extractor *x)
         slot->shape = surface.shape;
         slot->emitter = emitters++;
         if (slot->source.type->emissive_mesh && !ng_index_map_set(&x->mesh_light_of, slot->entity.id, i))
-            return ng_extract_out_of_memory();
+            return ng_out_of_memory("the frame's scene");
     }
     return NG_OK;
 }
@@ -126,7 +126,7 @@ ng_result ng_extract_list_lights(struct ng_extractor *x, bool count_changed, boo
     *listed = !carry_slots(x);
     x->image_list_dirty |= *listed;
     if (!ng_array_resize(&x->light_array, x->slots.count))
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     return *listed ? number_emitters(x) : NG_OK;
 }
 
@@ -158,7 +158,7 @@ static ng_result read_triangles(struct ng_light_slot *slot, const struct ng_snap
 {
     if (!ng_array_resize(&slot->triangles, (size_t)mesh->index_count * 3) ||
         !ng_array_resize(&slot->uvs, (size_t)mesh->index_count * 2))
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     for (size_t i = 0; i < mesh->index_count; i++) {
         size_t vertex = mesh->indices[i];
         to_world(instance->matrix, mesh->positions + vertex * 3, slot->triangles.items + i * 3);

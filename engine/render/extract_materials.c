@@ -25,13 +25,13 @@ static ng_result collect_records(struct ng_extractor *x)
 {
     x->records.count = 0;
     if (!ng_array_push(&x->records, (struct ng_material_record){.value = default_material}))
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     ng_query_each (it, x->materials) {
         const struct ng_material *values = it.columns[0];
         for (uint32_t i = 0; i < it.count; i++)
             if (!ng_array_push(&x->records, (struct ng_material_record){it.entities[i], values[i], false})) {
                 ng_query_stop(&it);
-                return ng_extract_out_of_memory();
+                return ng_out_of_memory("the frame's scene");
             }
     }
     qsort(x->records.items + 1, x->records.count - 1, sizeof x->records.items[0], compare_records);
@@ -64,7 +64,7 @@ static ng_result list_records(struct ng_extractor *x)
     ng_index_map_clear(&x->material_of);
     for (size_t i = 1; i < x->records.count; i++)
         if (!ng_index_map_set(&x->material_of, x->records.items[i].entity.id, (uint32_t)i))
-            return ng_extract_out_of_memory();
+            return ng_out_of_memory("the frame's scene");
     return NG_OK;
 }
 
@@ -135,7 +135,7 @@ static ng_result image_index(struct ng_extractor *x, ng_asset id, uint32_t *out)
     *out = (uint32_t)x->images.count;
     bool ok = ng_array_push(&x->images, (struct ng_snapshot_image){.key = id.id, .image = image}) &&
               ng_array_push(&x->image_ids, id) && ng_index_map_set(&x->image_of, id.id, *out);
-    return ok ? NG_OK : ng_extract_out_of_memory();
+    return ok ? NG_OK : ng_out_of_memory("the frame's scene");
 }
 
 static ng_result write_material(struct ng_extractor *x, ng_entity e, const struct ng_material *m)
@@ -158,7 +158,7 @@ static ng_result write_material(struct ng_extractor *x, ng_entity e, const struc
     NG_TRY(image_index(x, m->metallic_roughness_texture, &out.metallic_roughness_image));
     NG_TRY(image_index(x, m->normal_texture, &out.normal_image));
     NG_TRY(image_index(x, m->emissive_texture, &out.emissive_image));
-    return ng_array_push(&x->material_array, out) ? NG_OK : ng_extract_out_of_memory();
+    return ng_array_push(&x->material_array, out) ? NG_OK : ng_out_of_memory("the frame's scene");
 }
 
 static bool images_stale(const struct ng_extractor *x)

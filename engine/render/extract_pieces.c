@@ -72,7 +72,7 @@ ng_result ng_extract_touch(struct ng_extractor *x, uint32_t index)
     instance->flags |= NG_INSTANCE_MOVED;
     instance->version = ++x->clock;
     x->snapshot.geometry_version = x->clock;
-    return ng_array_push(&x->moved, index) ? NG_OK : ng_extract_out_of_memory();
+    return ng_array_push(&x->moved, index) ? NG_OK : ng_out_of_memory("the frame's scene");
 }
 
 void ng_extract_settle(struct ng_extractor *x)
@@ -123,11 +123,11 @@ static ng_result make_skin(struct ng_extractor *x, ng_asset skeleton, uint32_t j
     struct ng_skinned *s = calloc(1, sizeof *s);
     *out = s;
     if (!s)
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     s->memory = calloc((size_t)joints * 48 + n * 13 + cage * 3 + 1, sizeof(float));
     if (!s->memory) {
         ng_extract_free_skin(out);
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     }
     float *at = s->memory;
     s->palette = (struct ng_joint_matrix *)at;
@@ -224,7 +224,7 @@ static ng_result find_posing(struct ng_extractor *x)
         s->now = !s->now;
         s->posed = true;
         if (!ng_array_push(&x->posing, i) || !ng_array_push(&x->skinning, skin_params(&x->pieces.items[i])))
-            return ng_extract_out_of_memory();
+            return ng_out_of_memory("the frame's scene");
     }
     return NG_OK;
 }
@@ -294,7 +294,7 @@ static ng_result collect_pieces(struct ng_extractor *x)
             struct ng_piece piece = {.entity = it.entities[i], .material = meshes[i].material};
             if (meshes[i].visible && !ng_array_push(&x->pieces, piece)) {
                 ng_query_stop(&it);
-                return ng_extract_out_of_memory();
+                return ng_out_of_memory("the frame's scene");
             }
         }
     }
@@ -423,7 +423,7 @@ static ng_result list_emitters(struct ng_extractor *x, size_t *stayed)
 static ng_result list_mesh(struct ng_extractor *x, const struct ng_snapshot_mesh *mesh, uint32_t *index)
 {
     *index = (uint32_t)x->mesh_array.count;
-    return ng_array_push(&x->mesh_array, *mesh) ? NG_OK : ng_extract_out_of_memory();
+    return ng_array_push(&x->mesh_array, *mesh) ? NG_OK : ng_out_of_memory("the frame's scene");
 }
 
 // Lists the meshes that instances show, shared ones once.
@@ -469,7 +469,7 @@ ng_result ng_extract_list_pieces(struct ng_extractor *x)
     NG_TRY(collect_pieces(x));
     NG_TRY(shape_pieces(x));
     if (!ng_array_resize(&x->instances, x->pieces.count + count_emitters(x)))
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     size_t stayed = 0, before = x->old_instances.count;
     for (uint32_t i = 0; i < x->pieces.count; i++) {
         uint32_t at = ng_index_map_get(&x->piece_of, x->pieces.items[i].entity.id);
@@ -488,7 +488,7 @@ ng_result ng_extract_list_pieces(struct ng_extractor *x)
     ng_index_map_clear(&x->piece_of);
     for (uint32_t i = 0; i < x->pieces.count; i++)
         if (!ng_index_map_set(&x->piece_of, x->pieces.items[i].entity.id, i))
-            return ng_extract_out_of_memory();
+            return ng_out_of_memory("the frame's scene");
     return list_meshes(x);
 }
 

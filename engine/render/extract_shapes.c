@@ -148,7 +148,7 @@ ng_result ng_extract_make_builtin(struct ng_extractor *x)
     for (uint32_t i = 0; i < NG_SHAPE_BUILTIN; i++) {
         x->builtin[i] = make[i]();
         if (!x->builtin[i])
-            return ng_extract_out_of_memory();
+            return ng_out_of_memory("the frame's scene");
         find_bounds(&x->builtin[i]->mesh);
         x->builtin[i]->mesh.key = ++x->clock;
     }
@@ -180,7 +180,7 @@ static ng_result map_cage_joints(struct ng_shape *s)
     s->cage_joints = calloc(n, 4 * sizeof *s->cage_joints);
     s->cage_weights = calloc(n, 4 * sizeof *s->cage_weights);
     if (!s->cage_joints || !s->cage_weights)
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     for (size_t i = 0; i < n; i++) {
         size_t from = s->cage->vertex_map[i];
         if (from >= g->vertex_count)
@@ -207,7 +207,7 @@ static ng_result refine(struct ng_extractor *x, struct ng_shape *s, const struct
     size_t n = refined.vertex_count;
     s->memory = calloc(n ? n : 1, 10 * sizeof(float));
     if (!s->memory)
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     struct ng_refiner_vertices vertices = {.cage = s->cage->positions,
                                            .positions = s->memory,
                                            .normals = s->memory + n * 3,
@@ -237,7 +237,7 @@ static ng_result make_shape(struct ng_extractor *x, ng_asset geometry,
 {
     struct ng_shape *s = calloc(1, sizeof *s);
     if (!s)
-        return ng_extract_out_of_memory();
+        return ng_out_of_memory("the frame's scene");
     s->hash = hash;
     s->used = true;
     s->geometry = geometry;
@@ -255,7 +255,7 @@ static ng_result make_shape(struct ng_extractor *x, ng_asset geometry,
     s->mesh.key = ++x->clock;
     if (r == NG_OK && (!ng_array_push(&x->shapes, s) ||
                        !ng_index_map_set(&x->shape_of, hash, (uint32_t)x->shapes.count - 1)))
-        r = ng_extract_out_of_memory();
+        r = ng_out_of_memory("the frame's scene");
     if (r != NG_OK) {
         if (x->shapes.count && x->shapes.items[x->shapes.count - 1] == s)
             x->shapes.count--;

@@ -7,12 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-ng_result ng_out_of_memory(const char *what)
-{
-    ng_log_error("out of memory for %s", what);
-    return NG_ERROR_MEMORY;
-}
-
 ng_result ng_world_create(const struct ng_world_params *params, struct ng_world **out)
 {
     *out = NULL;

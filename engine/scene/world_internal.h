@@ -191,8 +191,6 @@ static inline struct ng_table *ng_slot_table(const struct ng_world *world, const
 {
     return world->tables.items[slot->table];
 }
-// Logs what there was no memory for and gives NG_ERROR_MEMORY.
-ng_result ng_out_of_memory(const char *what);
 // The present tick, to be written to something that changes now.
 uint32_t ng_world_use_tick(struct ng_world *world);
 

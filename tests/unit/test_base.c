@@ -39,6 +39,17 @@ static void arena_reuses_its_blocks(void **state)
     ng_arena_finish(&a);
 }
 
+static void out_of_memory_is_one_line(void **state)
+{
+    NG_UNUSED(state);
+    struct test_log log;
+    test_log_begin(&log);
+    assert_int_equal(ng_out_of_memory("a 50% scene"), NG_ERROR_MEMORY);
+    test_log_end(&log);
+    assert_int_equal(log.errors, 1);
+    assert_non_null(strstr(log.text, "out of memory: a 50% scene"));
+}
+
 static void pool_finds_stale_handles(void **state)
 {
     NG_UNUSED(state);
@@ -159,6 +170,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(arena_reuses_its_blocks),
+        cmocka_unit_test(out_of_memory_is_one_line),
         cmocka_unit_test(pool_finds_stale_handles),
         cmocka_unit_test(jobs_run_each_item_once),
         cmocka_unit_test(file_write_is_atomic_and_errors_name_the_file),

@@ -381,10 +381,8 @@ static ng_result render_sequence(struct job *job)
 static ng_result write_graph(struct job *job, const char *path)
 {
     char *text = ng_graph_dump(ng_renderer_graph(job->stage->renderer), NG_DUMP_DOT);
-    if (!text) {
-        ng_log_error("%s: out of memory for the render graph", path);
-        return NG_ERROR_MEMORY;
-    }
+    if (!text)
+        return ng_out_of_memory(path);
     ng_result result = ng_file_write(path, text, strlen(text));
     free(text);
     return result;

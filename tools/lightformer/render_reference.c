@@ -21,7 +21,7 @@ ng_result render_reference_create(const struct render_reference_params *params, 
     struct render_reference *r = calloc(1, sizeof *r);
     *out = r;
     if (!r)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("a reference");
     r->params = *params;
     ng_result result = lf_tracer_create(&r->tracer);
     if (result == NG_OK)
