@@ -1,0 +1,102 @@
+// The reference and the rasterizer agree on what a pixel shows: position, normal, materials, emission,
+// entity.
+#include "scene.h"
+
+#include "app/stage.h"
+#include "render/renderer.h"
+
+#include <math.h>
+
+enum { SIZE = 96 };
+
+static const char *const names[] = {"entity",   "position",  "normal",   "albedo",
+                                    "specular", "roughness", "emission", "depth"};
+
+// Pixels whose neighbours show the same thing: there, edges and filters do not matter.
+static bool is_inside(const uint32_t *ids, int x, int y)
+{
+    if (x < 1 || y < 1 || x >= SIZE - 1 || y >= SIZE - 1)
+        return false;
+    for (int j = -1; j <= 1; j++)
+        for (int i = -1; i <= 1; i++)
+            if (ids[(y + j) * SIZE + x + i] != ids[y * SIZE + x])
+                return false;
+    return true;
+}
+
+// Mean difference over the pixels inside of things, relative to the layer's mean.
+static double difference(const float *a, const float *b, const uint32_t *ids, uint32_t channels)
+{
+    double sum = 0, size = 0;
+    for (int y = 0; y < SIZE; y++)
+        for (int x = 0; x < SIZE; x++)
+            for (uint32_t c = 0; is_inside(ids, x, y) && c < channels; c++) {
+                size_t at = ((size_t)y * SIZE + (size_t)x) * channels + c;
+                sum += fabs((double)a[at] - (double)b[at]);
+                size += fabs((double)b[at]);
+            }
+    return size > 0 ? sum / size : sum;
+}
+
+static void compare(const char *path)
+{
+    struct ng_stage *stage;
+    OK(ng_stage_create(&(struct ng_stage_params){.scene = path, .threads = 2}, &stage));
+    struct ng_stage_frame frame = {
+        .width = SIZE, .height = SIZE, .layers = names, .layer_count = NG_COUNT(names), .time = 0.4};
+    OK(ng_stage_draw(stage, &frame));
+    struct lf_tracer *tracer;
+    struct lf_reference *reference;
+    OK(lf_tracer_create(&tracer));
+    OK(lf_tracer_update(tracer, stage->snapshot));
+    OK(lf_reference_create(&(struct lf_reference_params){.width = SIZE, .height = SIZE, .jobs = stage->jobs},
+                           &reference));
+    OK(lf_reference_begin(reference, tracer));
+    OK(lf_reference_run(reference, &(struct lf_reference_run_params){.samples = 1}));
+    uint32_t *ids = NULL;
+    for (size_t i = 0; i < NG_COUNT(names); i++) {
+        struct ng_layer drawn;
+        OK(ng_renderer_layer(stage->renderer, names[i], &drawn));
+        void *traced = scene_layer(reference, names[i]);
+        if (drawn.info->uint) {
+            int differ = 0;
+            ids = traced;
+            for (int p = 0; p < SIZE * SIZE; p++)
+                differ += ids[p] != drawn.ids[p];
+            if (differ > SIZE * SIZE / 200)
+                fail_msg("%s: %d of %d pixels show another entity", path, differ, SIZE * SIZE);
+            continue;
+        }
+        double d = difference(traced, drawn.pixels, ids, drawn.channels);
+        // Half floats and 8-bit filter weights in the one, mip levels in the other.
+        if (d > 0.01)
+            fail_msg("%s: layer %s differs by %g", path, names[i], d);
+        free(traced);
+    }
+    free(ids);
+    lf_reference_destroy(&reference);
+    lf_tracer_destroy(&tracer);
+    ng_stage_destroy(&stage);
+}
+
+static void test_layers_equal_the_rasterizers(void **state)
+{
+    (void)state;
+    // Without those whose textures are far smaller than a pixel, which mip levels blur and the reference does
+    // not.
+    static const char *const scenes[] = {"materials",  "mirrored",         "double_sided",
+                                         "hierarchy",  "alpha_mask",       "light_rectangle_textured",
+                                         "character",  "subdivision",      "light_sphere",
+                                         "light_disk", "light_environment"};
+    for (size_t i = 0; i < NG_COUNT(scenes); i++) {
+        char path[128];
+        snprintf(path, sizeof path, "content/unit/%s.glb", scenes[i]);
+        compare(path);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_layers_equal_the_rasterizers)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,335 @@
+// Rays: hits, sides, masks, exact shapes, textures, and updates that touch what moved.
+#include "../reference/scene.h"
+
+#include "components/light_disk.h"
+#include "components/light_sphere.h"
+#include "components/material.h"
+#include "components/transform.h"
+#include "lightformer/trace/texture.h"
+#include "scene/world.h"
+
+#include <math.h>
+
+static const float origin[3] = {0, 0, 0};
+
+static struct lf_ray make_ray(float x, float y, float z, float dx, float dy, float dz)
+{
+    float length = sqrtf(dx * dx + dy * dy + dz * dz);
+    return (struct lf_ray){
+        .origin = {x, y, z}, .direction = {dx / length, dy / length, dz / length}, .far = INFINITY};
+}
+
+static ng_entity add_floor(struct scene *s, ng_entity material)
+{
+    return scene_quad(s, (const float[3]){-1, -1, 0}, (const float[3]){2, 0, 0}, (const float[3]){0, 2, 0},
+                      material);
+}
+
+static void test_a_hit_says_where_and_what(void **state)
+{
+    (void)state;
+    struct scene s;
+    scene_open(&s, 1);
+    add_floor(&s, scene_material(&s, (const float[3]){0.5f, 0.25f, 1}, 0.5f, 0.01f));
+    scene_frame(&s, 0);
+    struct lf_ray ray = make_ray(0.25f, -0.5f, 2, 0, 0, -1);
+    struct lf_hit hit;
+    struct lf_surface surface;
+    assert_true(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit));
+    assert_true(hit.front && hit.instance == 0);
+    NEAR(hit.distance, 2, 1e-6);
+    NEAR(hit.position[0], 0.25, 1e-6);
+    NEAR(hit.position[1], -0.5, 1e-6);
+    assert_true(hit.position[2] == 0 && hit.normal[2] == 1);
+    lf_surface_at(s.tracer, &hit, &surface);
+    NEAR(surface.uv[0], 0.625, 1e-6);
+    NEAR(surface.uv[1], 0.25, 1e-6);
+    NEAR(surface.albedo[1], 0.125, 1e-6);
+    NEAR(surface.f0[0], 0.27, 1e-6);
+    NEAR(surface.roughness, 0.045, 1e-6);
+    assert_true(surface.light == NG_NONE && !lf_surface_is_black(&surface));
+    // Limits of the ray.
+    ray.far = 1.9f;
+    assert_false(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit));
+    assert_false(lf_trace_occluded(s.tracer, &ray));
+    ray.far = 2.1f;
+    assert_true(lf_trace_occluded(s.tracer, &ray));
+    ray.near = 2.05f;
+    assert_false(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit));
+    scene_close(&s);
+}
+
+static void test_camera_rays_pass_through_backs(void **state)
+{
+    (void)state;
+    struct scene s;
+    scene_open(&s, 1);
+    ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1);
+    add_floor(&s, material);
+    scene_frame(&s, 0);
+    struct lf_ray below = make_ray(0, 0, -2, 0, 0, 1);
+    struct lf_hit hit;
+    struct lf_surface surface;
+    assert_false(lf_trace_closest(s.tracer, &below, LF_RAY_CAMERA, &hit));
+    assert_true(lf_trace_occluded(s.tracer, &below));
+    assert_true(lf_trace_closest(s.tracer, &below, LF_RAY_ALL, &hit));
+    assert_false(hit.front);
+    lf_surface_at(s.tracer, &hit, &surface);
+    assert_true(lf_surface_is_black(&surface));
+
+    ((struct ng_material *)ng_world_edit(s.world, material, NG_MATERIAL))->double_sided = true;
+    scene_frame(&s, 1);
+    assert_true(lf_trace_closest(s.tracer, &below, LF_RAY_CAMERA, &hit));
+    lf_surface_at(s.tracer, &hit, &surface);
+    assert_true(!hit.front && surface.normal[2] == -1 && surface.flat_normal[2] == -1);
+    assert_false(lf_surface_is_black(&surface));
+    scene_close(&s);
+}
+
+static void test_mirrored_placements_keep_their_front(void **state)
+{
+    (void)state;
+    struct scene s;
+    scene_open(&s, 1);
+    ng_entity floor = add_floor(&s, scene_material(&s, (const float[3]){1, 1, 1}, 0, 1));
+    ((struct ng_transform *)ng_world_edit(s.world, floor, NG_TRANSFORM))->scale[0] = -1;
+    scene_frame(&s, 0);
+    struct lf_ray above = make_ray(-2, 0.1f, 1, 0, 0, -1);
+    struct lf_hit hit;
+    assert_true(lf_trace_closest(s.tracer, &above, LF_RAY_CAMERA, &hit));
+    assert_true(hit.front && hit.normal[2] == 1);
+    scene_close(&s);
+}
+
+static void test_alpha_masks_let_rays_through(void **state)
+{
+    (void)state;
+    struct scene s;
+    scene_open(&s, 1);
+    // Left half transparent.
+    struct ng_image image = {.width = 2, .height = 1, .levels = 1, .format = NG_PIXEL_RGBA8_SRGB, .size = 8};
+    static const unsigned char texels[8] = {255, 255, 255, 0, 255, 255, 255, 255};
+    image.pixels = malloc(8);
+    assert_non_null(image.pixels);
+    memcpy(image.pixels, texels, 8);
+    ng_asset texture;
+    OK(ng_assets_take_image(s.assets, "mask", &image, &texture));
+    ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1);
+    struct ng_material *m = ng_world_edit(s.world, material, NG_MATERIAL);
+    m->base_color_texture = texture;
+    m->alpha_mask = true;
+    add_floor(&s, material);
+    scene_frame(&s, 0);
+    struct lf_ray left = make_ray(-0.6f, 0.1f, 1, 0, 0, -1), right = make_ray(0.6f, 0.1f, 1, 0, 0, -1);
+    struct lf_hit hit;
+    assert_false(lf_trace_closest(s.tracer, &left, LF_RAY_ALL, &hit));
+    assert_false(lf_trace_closest(s.tracer, &left, LF_RAY_CAMERA, &hit));
+    assert_false(lf_trace_occluded(s.tracer, &left));
+    assert_true(lf_trace_closest(s.tracer, &right, LF_RAY_ALL, &hit));
+    assert_true(lf_trace_closest(s.tracer, &right, LF_RAY_CAMERA, &hit));
+    assert_true(lf_trace_occluded(s.tracer, &right));
+    scene_close(&s);
+}
+
+static void count_hit(void *user, const struct lf_hit *hit)
+{
+    assert_true(hit->distance > 0);
+    ++*(int *)user;
+}
+
+static void test_lights_have_exact_shapes(void **state)
+{
+    (void)state;
+    struct scene s;
+    scene_open(&s, 1);
+    struct ng_light_sphere ball = {.on = true, .color = {1, 1, 1}, .radiance = 1, .radius = 0.5f};
+    struct ng_light_disk disk = {.on = true, .color = {1, 1, 1}, .radiance = 1, .radius = 1};
+    scene_light(&s, NG_LIGHT_SPHERE, &ball, origin, NULL);
+    ng_entity flat = scene_light(&s, NG_LIGHT_DISK, &disk, (const float[3]){4, 0, 0}, NULL);
+    ((struct ng_transform *)ng_world_edit(s.world, flat, NG_TRANSFORM))->scale[0] = 0.5f; // an ellipse
+    scene_frame(&s, 0);
+    struct lf_hit hit;
+    for (int i = 0; i < 200; i++) { // a sphere of triangles would be up to 0.2 % smaller
+        float angle = 0.0314f * (float)i, r = 0.4999f;
+        struct lf_ray inside = make_ray(r * cosf(angle), r * sinf(angle), 2, 0, 0, -1);
+        struct lf_ray outside = make_ray(0.5001f * cosf(angle), 0.5001f * sinf(angle), 2, 0, 0, -1);
+        assert_true(lf_trace_closest(s.tracer, &inside, LF_RAY_ALL, &hit) && hit.front);
+        float length = sqrtf(hit.position[0] * hit.position[0] + hit.position[1] * hit.position[1] +
+                             hit.position[2] * hit.position[2]);
+        NEAR(length, 0.5, 1e-6);
+        NEAR(hit.normal[0], hit.position[0] / length, 1e-5);
+        assert_true(lf_trace_occluded(s.tracer, &inside));
+        assert_false(lf_trace_occluded(s.tracer, &outside));
+        // The disk shines along -Z: from below one sees its front.
+        inside = make_ray(4 + 0.499f * cosf(angle), 0.998f * sinf(angle), -2, 0, 0, 1);
+        outside = make_ray(4 + 0.501f * cosf(angle), 1.002f * sinf(angle), -2, 0, 0, 1);
+        assert_true(lf_trace_closest(s.tracer, &inside, LF_RAY_CAMERA, &hit) && hit.front);
+        assert_true(hit.normal[2] == -1);
+        assert_false(lf_trace_occluded(s.tracer, &outside));
+    }
+    // A camera inside of the sphere sees through it; a ray through both meets three surfaces.
+    struct lf_ray from_inside = make_ray(0, 0, 0, 0, 1, 0);
+    assert_false(lf_trace_closest(s.tracer, &from_inside, LF_RAY_CAMERA, &hit));
+    assert_true(lf_trace_closest(s.tracer, &from_inside, LF_RAY_ALL, &hit) && !hit.front);
+    int count = 0;
+    struct lf_ray through = make_ray(-4, 0, -0.1f, 1, 0, 0);
+    lf_trace_emitters(s.tracer, &through, count_hit, &count);
+    assert_int_equal(count, 2); // in and out of the sphere; the disk is passed by
+    through = make_ray(-4, 0, -0.01f, 8, 0, 0.01f);
+    count = 0;
+    lf_trace_emitters(s.tracer, &through, count_hit, &count);
+    assert_int_equal(count, 3);
+    scene_close(&s);
+}
+
+static void test_textures_are_filtered_as_the_device_does(void **state)
+{
+    (void)state;
+    static const unsigned char texels[2 * 2 * 4] = {0,   0,   0,   0,   255, 128, 64, 255,
+                                                    255, 255, 255, 255, 0,   0,   0,  255};
+    struct ng_image image = {.width = 2,
+                             .height = 2,
+                             .levels = 1,
+                             .format = NG_PIXEL_RGBA8,
+                             .repeat_u = true,
+                             .pixels = (void *)(uintptr_t)texels};
+    struct lf_srgb srgb;
+    float rgba[4];
+    lf_srgb_make(&srgb);
+    lf_texture_at(&srgb, &image, (const float[2]){0.75f, 0.25f}, rgba); // the centre of a texel
+    NEAR(rgba[1], 128 / 255.0, 1e-6);
+    lf_texture_at(&srgb, &image, (const float[2]){0.5f, 0.5f}, rgba);
+    NEAR(rgba[0], 0.5, 1e-6);
+    lf_texture_at(&srgb, &image, (const float[2]){1.0f, 0}, rgba); // wraps in u, clamps in v
+    NEAR(rgba[0], 0.5, 1e-6);
+    NEAR(rgba[3], 0.5, 1e-6);
+    lf_texture_at(&srgb, &image, (const float[2]){-3.25f, 7}, rgba);
+    NEAR(rgba[0], 0, 1e-6);
+    NEAR(rgba[3], 1, 1e-6);
+    lf_texture_at(&srgb, NULL, (const float[2]){0, 0}, rgba);
+    assert_true(rgba[0] == 1 && rgba[3] == 1);
+    image.format = NG_PIXEL_RGBA8_SRGB;
+    lf_texture_at(&srgb, &image, (const float[2]){0.75f, 0.25f}, rgba);
+    NEAR(rgba[1], 0.2158605, 1e-5); // decoded
+    NEAR(rgba[3], 1, 1e-6);
+    lf_texture_at(&srgb, &image, (const float[2]){0.5f, 0.25f}, rgba);
+    NEAR(rgba[1], 0.2158605 / 2, 1e-5); // decoded, then filtered
+}
+
+// Closest hits of many rays, as numbers that can be compared.
+static void shoot(const struct scene *s, float *distances, uint32_t count)
+{
+    struct ng_rng rng = ng_rng_make(7, 7);
+    const float *center = s->snapshot->scene_center;
+    float radius = s->snapshot->scene_radius;
+    for (uint32_t i = 0; i < count; i++) {
+        float p[6];
+        for (int k = 0; k < 6; k++)
+            p[k] = ng_rng_range(&rng, -1, 1) * radius;
+        struct lf_ray ray = make_ray(center[0] + p[0], center[1] + p[1], center[2] + p[2], p[3], p[4], p[5]);
+        struct lf_hit hit;
+        distances[i] = lf_trace_closest(s->tracer, &ray, LF_RAY_ALL, &hit) ? hit.distance : -1;
+    }
+}
+
+static void test_updates_follow_what_moved(void **state)
+{
+    (void)state;
+    enum { RAYS = 4000 };
+    static float moved[RAYS], fresh[RAYS];
+    static const char *const files[] = {"content/unit/character.glb", "content/unit/hierarchy.glb",
+                                        "content/unit/subdivision.glb"};
+    for (size_t i = 0; i < NG_COUNT(files); i++) {
+        struct scene a, b;
+        scene_load(&a, 2, files[i]);
+        scene_load(&b, 2, files[i]);
+        for (int k = 0; k <= 4; k++)
+            scene_frame(&a, 0.13 * k);
+        struct lf_tracer_stats stats = lf_tracer_stats_of(a.tracer);
+        scene_frame(&b, 0.13 * 4);
+        shoot(&a, moved, RAYS);
+        shoot(&b, fresh, RAYS);
+        int hits = 0;
+        for (int k = 0; k < RAYS; k++) {
+            hits += moved[k] >= 0;
+            NEAR(moved[k], fresh[k], 1e-4f * fabsf(fresh[k]));
+        }
+        assert_true(hits > 20);
+        assert_true(stats.built == 0); // refitted
+        scene_close(&a);
+        scene_close(&b);
+    }
+}
+
+static void test_only_what_moved_is_touched(void **state)
+{
+    (void)state;
+    struct scene s;
+    scene_open(&s, 1);
+    ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1), pieces[5];
+    for (int i = 0; i < 5; i++)
+        pieces[i] = scene_sphere(&s, (const float[3]){(float)i, 0, 0}, 0.3f, false, material);
+    scene_frame(&s, 0);
+    struct lf_tracer_stats stats = lf_tracer_stats_of(s.tracer);
+    assert_true(stats.instances == 5 && stats.built == 5 && stats.updated == 5);
+    scene_frame(&s, 1);
+    stats = lf_tracer_stats_of(s.tracer);
+    assert_true(stats.built == 0 && stats.updated == 0);
+    for (int k = 1; k < 4; k++) {
+        ((struct ng_transform *)ng_world_edit(s.world, pieces[2], NG_TRANSFORM))->translation[1] = (float)k;
+        scene_frame(&s, 1 + k);
+        stats = lf_tracer_stats_of(s.tracer);
+        assert_int_equal(stats.updated, 1);
+        assert_int_equal(stats.built, k == 1 ? 5 : 0); // the first motion splits the scene
+        struct lf_ray there = make_ray(2, (float)k, 5, 0, 0, -1),
+                      gone = make_ray(2, (float)k - 1, 5, 0, 0, -1);
+        struct lf_hit hit;
+        assert_true(lf_trace_closest(s.tracer, &there, LF_RAY_ALL, &hit) && hit.instance == 2);
+        assert_false(lf_trace_occluded(s.tracer, &gone));
+    }
+    ((struct ng_material *)ng_world_edit(s.world, material, NG_MATERIAL))->roughness = 0.5f;
+    scene_frame(&s, 9);
+    stats = lf_tracer_stats_of(s.tracer);
+    assert_int_equal(stats.updated, 0); // another look moves nothing
+    OK(ng_entity_destroy(s.world, pieces[0]));
+    scene_frame(&s, 10);
+    stats = lf_tracer_stats_of(s.tracer);
+    assert_true(stats.instances == 4 && stats.built == 4);
+    scene_close(&s);
+}
+
+static void test_an_empty_scene_is_met_by_nothing(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct test_log log;
+    test_log_begin(&log);
+    scene_open(&s, 1);
+    scene_frame(&s, 0);
+    struct lf_ray ray = make_ray(0, 0, 0, 1, 0, 0);
+    struct lf_hit hit;
+    int count = 0;
+    assert_false(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit));
+    assert_false(lf_trace_occluded(s.tracer, &ray));
+    lf_trace_emitters(s.tracer, &ray, count_hit, &count);
+    test_log_end(&log);
+    assert_int_equal(count, 0);
+    assert_int_equal(log.errors, 0);
+    scene_close(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_hit_says_where_and_what),
+        cmocka_unit_test(test_camera_rays_pass_through_backs),
+        cmocka_unit_test(test_mirrored_placements_keep_their_front),
+        cmocka_unit_test(test_alpha_masks_let_rays_through),
+        cmocka_unit_test(test_lights_have_exact_shapes),
+        cmocka_unit_test(test_textures_are_filtered_as_the_device_does),
+        cmocka_unit_test(test_updates_follow_what_moved),
+        cmocka_unit_test(test_only_what_moved_is_touched),
+        cmocka_unit_test(test_an_empty_scene_is_met_by_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
