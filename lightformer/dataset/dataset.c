@@ -1,0 +1,310 @@
+// A loop over shards: one that is whole is kept, any other is made; after each the manifest is written. A
+// kill at any moment leaves whole shards and a manifest that lists some of them.
+#include "lightformer/dataset/dataset.h"
+
+#include "base/file.h"
+#include "base/log.h"
+#include "base/system.h"
+#include "lightformer/dataset/manifest.h"
+#include "lightformer/dataset/sampler.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define MAX_SIZE 4096 // pixels a side of a frame
+
+struct run {
+    struct lf_dataset_params p; // with crop and crops as they are meant
+    struct lf_dataset_report *report;
+    struct lf_scene_sampler *sampler;
+    struct lf_observer *observer;
+    struct lf_manifest manifest;
+    uint32_t per_shard, done; // samples
+};
+
+// ---- settings --------------------------------------------------------------------------------------------
+
+static ng_result refuse(const char *reason)
+{
+    ng_log_error("dataset: %s", reason);
+    return NG_ERROR_FORMAT;
+}
+
+static ng_result check_params(const struct lf_dataset_params *p)
+{
+    if (!p->count)
+        return refuse("a data set has at least one sample");
+    if (!p->spp)
+        return refuse("0 samples a pixel give no targets; spp is at least 1");
+    if (!p->size || p->size > MAX_SIZE)
+        return refuse("frames have 1 to 4096 pixels a side");
+    if (p->crop > p->size)
+        return refuse("crops are larger than the frame");
+    if (!p->crops || !p->shard)
+        return refuse("crops of a frame and of a shard are at least 1");
+    if (p->seed > (uint64_t)1 << 52)
+        return refuse("seeds go up to 2^52");
+    return NG_OK;
+}
+
+// Words of a file name go into JSON: what would have to be escaped there becomes a dash.
+static void put_setting(struct lf_settings *s, int *at, const char *key, const char *format, ...)
+    NG_PRINTF(4, 5);
+
+static void put_setting(struct lf_settings *s, int *at, const char *key, const char *format, ...)
+{
+    struct lf_tensor_note *note = &s->items[(*at)++];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(note->value, sizeof note->value, format, args);
+    va_end(args);
+    snprintf(note->key, sizeof note->key, "%s", key);
+    for (char *c = note->value; *c; c++)
+        if (*c == '"' || *c == '\\' || (unsigned char)*c < 0x20)
+            *c = '-';
+}
+
+static void make_settings(const struct lf_dataset_params *p, struct lf_settings *s)
+{
+    int at = 0;
+    put_setting(s, &at, "format", "1");
+    put_setting(s, &at, "program", "%s", p->program);
+    put_setting(s, &at, "scene", "%s", p->scene);
+    put_setting(s, &at, "scene_hash", "%016" PRIx64, p->scene_hash);
+    put_setting(s, &at, "size", "%u", p->size);
+    put_setting(s, &at, "crop", "%u", p->crop);
+    put_setting(s, &at, "crops", "%u", p->crops);
+    put_setting(s, &at, "spp", "%u", p->spp);
+    put_setting(s, &at, "vpls", "%u", p->vpls);
+    put_setting(s, &at, "camera", "%s", p->camera ? p->camera : "");
+    put_setting(s, &at, "time", "%.9g", p->time);
+}
+
+// A folder holds one data set: its manifest has to have these settings.
+static ng_result open_manifest(struct run *run)
+{
+    struct lf_settings settings = {0};
+    make_settings(&run->p, &settings);
+    NG_TRY(ng_file_make_directory(run->p.directory));
+    ng_result found = lf_manifest_read(run->p.directory, &run->manifest);
+    if (found == NG_ERROR_NOT_FOUND) {
+        run->manifest.settings = settings;
+        return NG_OK;
+    }
+    NG_TRY(found);
+    const struct lf_tensor_note *other = lf_settings_difference(&run->manifest.settings, &settings);
+    if (!other)
+        return NG_OK;
+    ng_log_error("%s: holds a data set with other settings (%s is \"%s\" there); choose another folder",
+                 run->p.directory, other->key, other->value);
+    return NG_ERROR_FORMAT;
+}
+
+// ---- shards ----------------------------------------------------------------------------------------------
+
+static ng_result make_sample(struct run *run, uint64_t seed, struct lf_tensors *out)
+{
+    const struct lf_sample_params params = {.size = run->p.size,
+                                            .crop = run->p.crop,
+                                            .crops = run->p.crops,
+                                            .spp = run->p.spp,
+                                            .jobs = run->p.jobs};
+    double *spent = run->report->spent;
+    struct lf_sample sample;
+    struct lf_observation observation;
+    uint64_t begin = ng_clock_ns();
+    NG_TRY(lf_scene_sampler_begin(run->sampler, seed, &sample));
+    uint64_t varied = ng_clock_ns();
+    ng_result result = lf_observe(run->observer,
+                                  &(struct lf_observe_params){.snapshot = sample.snapshot,
+                                                              .width = run->p.size,
+                                                              .height = run->p.size,
+                                                              .vpl_count = run->p.vpls},
+                                  &observation);
+    uint64_t observed = ng_clock_ns();
+    spent[LF_STAGE_VARY] += (double)(varied - begin) * 1e-9;
+    spent[LF_STAGE_OBSERVE] += (double)(observed - varied) * 1e-9;
+    if (result == NG_OK)
+        result = lf_sample_write(&sample, &observation, &params, out, spent);
+    ng_result ended = lf_scene_sampler_end(run->sampler);
+    return result != NG_OK ? result : ended;
+}
+
+static ng_result add_notes(const struct run *run, const struct lf_shard *shard, struct lf_tensors *out)
+{
+    char number[32];
+    for (int i = 0; i < LF_SETTING_COUNT; i++)
+        NG_TRY(
+            lf_tensors_note(out, run->manifest.settings.items[i].key, run->manifest.settings.items[i].value));
+    snprintf(number, sizeof number, "%" PRIu64, shard->first_seed);
+    NG_TRY(lf_tensors_note(out, "first_seed", number));
+    snprintf(number, sizeof number, "%u", shard->samples);
+    return lf_tensors_note(out, "samples", number);
+}
+
+static bool report_progress(struct run *run, uint32_t samples)
+{
+    run->done += samples;
+    return !run->p.progress || run->p.progress(run->p.user, run->done, run->p.count);
+}
+
+static ng_result fill_shard(struct run *run, const struct lf_shard *shard, struct lf_tensors *tensors,
+                            bool *stopped)
+{
+    NG_TRY(add_notes(run, shard, tensors));
+    for (uint32_t i = 0; i < shard->samples && !*stopped; i++) {
+        NG_TRY(make_sample(run, shard->first_seed + i, tensors));
+        run->report->samples++;
+        run->report->crops += run->p.crops;
+        *stopped = !report_progress(run, 1);
+    }
+    return NG_OK;
+}
+
+static ng_result make_shard(struct run *run, struct lf_shard *shard, const char *path, bool *stopped)
+{
+    struct lf_tensors tensors = {0};
+    ng_result result = fill_shard(run, shard, &tensors, stopped);
+    uint64_t begin = ng_clock_ns();
+    if (result == NG_OK && !*stopped)
+        result = lf_tensors_write(&tensors, path);
+    shard->hash = tensors.hash;
+    lf_tensors_finish(&tensors);
+    run->report->spent[LF_STAGE_WRITE] += (double)(ng_clock_ns() - begin) * 1e-9;
+    return result;
+}
+
+// The hash that the manifest lists for a shard; 0: none.
+static uint64_t listed_hash(const struct run *run, const struct lf_shard *shard)
+{
+    for (size_t i = 0; i < run->manifest.shards.count; i++) {
+        const struct lf_shard *s = &run->manifest.shards.items[i];
+        if (s->first_seed == shard->first_seed && s->samples == shard->samples)
+            return s->hash;
+    }
+    return 0;
+}
+
+static bool is_whole(struct run *run, struct lf_shard *shard, const char *path)
+{
+    struct lf_tensors tensors;
+    if (!ng_file_exists(path))
+        return false;
+    shard->hash = listed_hash(run, shard);
+    bool whole = lf_shard_read(run->p.directory, &run->manifest.settings, shard, &tensors) == NG_OK;
+    if (whole) {
+        shard->hash = tensors.hash;
+        run->report->kept++;
+    } else {
+        ng_log_warn("%s: is made again", path);
+        run->report->redone++;
+    }
+    lf_tensors_finish(&tensors);
+    return whole;
+}
+
+// Files of shards that this one takes the place of: shorter ones, from a run that ended within it.
+static void remove_overlapped(const struct run *run, const struct lf_shard *shard)
+{
+    for (size_t i = 0; i < run->manifest.shards.count; i++) {
+        const struct lf_shard *old = &run->manifest.shards.items[i];
+        char path[4096];
+        bool same = old->first_seed == shard->first_seed && old->samples == shard->samples;
+        if (!same && old->first_seed < shard->first_seed + shard->samples &&
+            shard->first_seed < old->first_seed + old->samples &&
+            lf_shard_path(run->p.directory, old, path, sizeof path))
+            remove(path);
+    }
+}
+
+static ng_result do_shard(struct run *run, struct lf_shard *shard, bool *stopped)
+{
+    char path[4096];
+    if (!lf_shard_path(run->p.directory, shard, path, sizeof path)) {
+        ng_log_error("%s: the path is too long", run->p.directory);
+        return NG_ERROR_IO;
+    }
+    run->report->shards++;
+    if (is_whole(run, shard, path))
+        *stopped = !report_progress(run, shard->samples);
+    else
+        NG_TRY(make_shard(run, shard, path, stopped));
+    if (shard->hash == 0)
+        return NG_OK; // stopped before it was written
+    remove_overlapped(run, shard);
+    NG_TRY(lf_manifest_put(&run->manifest, shard));
+    return lf_manifest_write(run->p.directory, &run->manifest);
+}
+
+static ng_result do_shards(struct run *run)
+{
+    uint64_t seed = run->p.seed, end = seed + run->p.count;
+    bool stopped = false;
+    while (seed < end && !stopped) {
+        uint64_t next = (seed / run->per_shard + 1) * run->per_shard;
+        struct lf_shard shard = {.first_seed = seed, .samples = (uint32_t)((next < end ? next : end) - seed)};
+        NG_TRY(do_shard(run, &shard, &stopped));
+        seed += shard.samples;
+    }
+    return NG_OK;
+}
+
+ng_result lf_dataset_make(const struct lf_dataset_params *params, struct lf_dataset_report *report)
+{
+    struct run run = {.p = *params, .report = report};
+    *report = (struct lf_dataset_report){0};
+    NG_TRY(check_params(params));
+    if (!run.p.vpls)
+        run.p.vpls = LF_VPL_COUNT;
+    if (!run.p.crop) {
+        run.p.crop = run.p.size;
+        run.p.crops = 1;
+    }
+    run.per_shard = run.p.shard > run.p.crops ? run.p.shard / run.p.crops : 1;
+    const struct lf_scene_sampler_params sampler = {.world = run.p.world,
+                                                    .assets = run.p.assets,
+                                                    .jobs = run.p.jobs,
+                                                    .time = run.p.time,
+                                                    .camera = run.p.camera};
+    uint64_t begin = ng_clock_ns();
+    ng_result result = lf_scene_sampler_create(&sampler, &run.sampler);
+    if (result == NG_OK)
+        result = lf_observer_create(run.p.gpu, run.p.jobs, &run.observer);
+    if (result == NG_OK)
+        result = open_manifest(&run);
+    if (result == NG_OK)
+        result = do_shards(&run);
+    lf_observer_destroy(&run.observer);
+    lf_scene_sampler_destroy(&run.sampler);
+    lf_manifest_finish(&run.manifest);
+    report->seconds = (double)(ng_clock_ns() - begin) * 1e-9;
+    return result;
+}
+
+// ---- checking --------------------------------------------------------------------------------------------
+
+ng_result lf_dataset_check(const char *directory, struct lf_dataset_contents *out)
+{
+    struct lf_manifest manifest;
+    *out = (struct lf_dataset_contents){0};
+    ng_result result = lf_manifest_read(directory, &manifest);
+    if (result == NG_ERROR_NOT_FOUND)
+        ng_log_error("%s: no data set is here (there is no manifest.json)", directory);
+    NG_TRY(result);
+    for (size_t i = 0; i < manifest.shards.count; i++) {
+        struct lf_tensors t;
+        out->shards++;
+        if (lf_shard_read(directory, &manifest.settings, &manifest.shards.items[i], &t) != NG_OK) {
+            out->damaged++;
+            continue;
+        }
+        out->samples += manifest.shards.items[i].samples;
+        out->tensors += t.list.count;
+        out->bytes += t.bytes;
+        lf_tensors_finish(&t);
+    }
+    lf_manifest_finish(&manifest);
+    return out->damaged ? NG_ERROR_FORMAT : NG_OK;
+}
