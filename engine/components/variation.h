@@ -10,7 +10,8 @@
 // Two kinds have no field:
 //     time      the sample's time in [min[0], max[0]], seconds; no target
 //     camera    the target's transform: an eye in the box [min, max] that looks at a point in [look_min,
-//               look_max], never inside of things, always at something. World space; no parent
+//               look_max], never inside of things, always at something. World space; no
+//               transform above it
 #ifndef NG_COMPONENTS_VARIATION_H
 #define NG_COMPONENTS_VARIATION_H
 

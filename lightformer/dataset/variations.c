@@ -229,15 +229,23 @@ static ng_result check_field(const struct lf_variations *self, struct item *item
     return check_range(self, item);
 }
 
+// Whether an entity leaves its children where they are.
+static bool moves_children(const struct lf_variations *self, ng_entity e)
+{
+    static const struct ng_transform identity = {.rotation = {0, 0, 0, 1}, .scale = {1, 1, 1}};
+    const struct ng_transform *t = ng_world_get(self->world, e, NG_TRANSFORM);
+    return t && memcmp(t, &identity, sizeof identity) != 0;
+}
+
 static ng_result check_camera(const struct lf_variations *self, const struct item *item)
 {
     NG_TRY(check_target(self, item, NG_CAMERA));
     NG_TRY(check_target(self, item, NG_TRANSFORM));
     for (ng_entity e = ng_world_parent(self->world, item->v.target); !ng_entity_is_null(e);
          e = ng_world_parent(self->world, e))
-        if (ng_world_has(self->world, e, NG_TRANSFORM))
+        if (moves_children(self, e))
             return REFUSE(self, item, NG_ERROR_FORMAT,
-                          "camera \"%s\" moves with \"%s\"; a camera that varies must not have a parent",
+                          "camera \"%s\" hangs on \"%s\", which has a transform; take it off",
                           name_of(self, item->v.target), name_of(self, e));
     NG_TRY(check_box(self, item, item->v.min, item->v.max, 3, "box of eyes"));
     return check_box(self, item, item->v.look_min, item->v.look_max, 3, "box to look at");

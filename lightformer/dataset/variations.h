@@ -22,7 +22,7 @@ struct lf_variations;
 // Finds and checks all variations of the world. A world may have none. Errors, logged with the variation's
 // name: NG_ERROR_NOT_FOUND (unknown field, a target that is gone or lacks the component), NG_ERROR_FORMAT
 // (empty range, no choices, a kind that does not suit the field, a value that the field refuses, a camera
-// with a parent, two variations of one field).
+// below a transform, two variations of one field).
 NG_NODISCARD ng_result lf_variations_create(struct ng_world *world, struct lf_variations **out);
 void lf_variations_destroy(struct lf_variations **variations);
 uint32_t lf_variations_count(const struct lf_variations *variations);

@@ -7,6 +7,7 @@
 #include "content.h"
 #include "glb.h"
 #include "texture.h"
+#include "vary.h"
 
 #include <stddef.h>
 #include <stdio.h>
@@ -22,15 +23,16 @@
 
 struct chess {
     struct glb glb;
-    int wood_light, wood_dark, frame, ivory, ebony; // materials
-    int board;                                      // node
+    int wood_light, wood_dark, frame, ivory, ebony;         // materials
+    int room[6];                                            // materials of the walls, floor and ceiling
+    int board, lights[2], rigs[2], camera, pieces[DANCERS]; // nodes
 };
 
 // ---- the room ----
 
 // One wall: four corners counter-clockwise as seen from inside.
-static void add_wall(struct glb *g, const char *name, const struct glb_material *look,
-                     const double corners[4][3])
+static int add_wall(struct glb *g, const char *name, const struct glb_material *look,
+                    const double corners[4][3])
 {
     struct cage c = {0};
     for (int i = 0; i < 4; i++)
@@ -39,10 +41,13 @@ static void add_wall(struct glb *g, const char *name, const struct glb_material 
     int material = glb_add_material(g, look);
     glb_add_node(g, &(struct glb_node){.name = name, .mesh = glb_cage_mesh(g, name, &c, material, 0) + 1});
     cage_finish(&c);
+    return material;
 }
 
-static void add_room(struct glb *g)
+static void add_room(struct chess *s)
 {
+    struct glb *g = &s->glb;
+    int *room = s->room;
     const double x = ROOM_X, y = ROOM_Y, b = ROOM_BACK, f = ROOM_FRONT;
     const struct glb_material left = {
         .name = "wall-left", .base_color = {0.63, 0.11, 0.055}, .roughness = 0.9};
@@ -55,12 +60,18 @@ static void add_room(struct glb *g)
     const struct glb_material floor = {.name = "floor", .base_color = {0.62, 0.58, 0.53}, .roughness = 0.45};
     const struct glb_material ceiling = {
         .name = "ceiling", .base_color = {0.76, 0.75, 0.73}, .roughness = 0.9};
-    add_wall(g, "wall-left", &left, (const double[4][3]){{-x, 0, f}, {-x, 0, b}, {-x, y, b}, {-x, y, f}});
-    add_wall(g, "wall-right", &right, (const double[4][3]){{x, 0, b}, {x, 0, f}, {x, y, f}, {x, y, b}});
-    add_wall(g, "wall-back", &back, (const double[4][3]){{-x, 0, b}, {x, 0, b}, {x, y, b}, {-x, y, b}});
-    add_wall(g, "wall-front", &front, (const double[4][3]){{x, 0, f}, {-x, 0, f}, {-x, y, f}, {x, y, f}});
-    add_wall(g, "floor", &floor, (const double[4][3]){{-x, 0, f}, {x, 0, f}, {x, 0, b}, {-x, 0, b}});
-    add_wall(g, "ceiling", &ceiling, (const double[4][3]){{-x, y, b}, {x, y, b}, {x, y, f}, {-x, y, f}});
+    room[0] =
+        add_wall(g, "wall-left", &left, (const double[4][3]){{-x, 0, f}, {-x, 0, b}, {-x, y, b}, {-x, y, f}});
+    room[1] =
+        add_wall(g, "wall-right", &right, (const double[4][3]){{x, 0, b}, {x, 0, f}, {x, y, f}, {x, y, b}});
+    room[2] =
+        add_wall(g, "wall-back", &back, (const double[4][3]){{-x, 0, b}, {x, 0, b}, {x, y, b}, {-x, y, b}});
+    room[3] =
+        add_wall(g, "wall-front", &front, (const double[4][3]){{x, 0, f}, {-x, 0, f}, {-x, y, f}, {x, y, f}});
+    room[4] =
+        add_wall(g, "floor", &floor, (const double[4][3]){{-x, 0, f}, {x, 0, f}, {x, 0, b}, {-x, 0, b}});
+    room[5] =
+        add_wall(g, "ceiling", &ceiling, (const double[4][3]){{-x, y, b}, {x, y, b}, {x, y, f}, {-x, y, f}});
 }
 
 // ---- the board ----
@@ -241,13 +252,15 @@ static void add_pieces(struct chess *s, int animation)
                                                    .rotation = {0, d.dark ? 0.0 : 1.0, 0, d.dark ? 1.0 : 0.0},
                                                    .mesh = meshes[d.dark][d.kind] + 1});
         add_dance(&s->glb, animation, node, &d);
+        s->pieces[i] = node;
     }
 }
 
 // ---- lights and camera ----
 
-// A light that drifts around an ellipse: four cubic keys a loop, tangents along the ellipse.
-static void add_light(struct chess *s, int animation, const char *name, const double rotation[4],
+// A light that drifts around an ellipse: four cubic keys a loop, tangents along the ellipse. It hangs on a
+// rig, which can be moved while the clip moves the light.
+static void add_light(struct chess *s, int index, int animation, const char *name, const double rotation[4],
                       struct vec3 center, struct vec3 cosine, struct vec3 sine, const double size[2],
                       const double color[3], double radiance)
 {
@@ -267,10 +280,15 @@ static void add_light(struct chess *s, int animation, const char *name, const do
             values[k][part][2] = from->z;
         }
     }
+    char rig[32];
+    snprintf(rig, sizeof rig, "%s-rig", name);
+    s->rigs[index] = glb_add_node(&s->glb, &(struct glb_node){.name = rig});
     int node = glb_add_node(
         &s->glb, &(struct glb_node){.name = name,
+                                    .parent = s->rigs[index] + 1,
                                     .translation = {values[0][1][0], values[0][1][1], values[0][1][2]},
                                     .rotation = {rotation[0], rotation[1], rotation[2], rotation[3]}});
+    s->lights[index] = node;
     cJSON *light = glb_component(&s->glb, "nodes", node, "light_rectangle");
     glb_set_list(&s->glb, light, "color", color, 3);
     glb_set(&s->glb, light, "radiance", radiance);
@@ -287,35 +305,215 @@ static void add_light(struct chess *s, int animation, const char *name, const do
 static void add_lights(struct chess *s, int animation)
 {
     const double half = 0.70710678118654752;
-    add_light(s, animation, "light-ceiling", (const double[4]){-half, 0, 0, half},
+    add_light(s, 0, animation, "light-ceiling", (const double[4]){-half, 0, 0, half},
               vec3_make(0, ROOM_Y - 0.004, 0.02), vec3_make(-0.10, 0, 0), vec3_make(0, 0, 0.10),
               (const double[2]){0.32, 0.22}, (const double[3]){1.0, 0.97, 0.93}, 7.8);
-    add_light(s, animation, "light-back", (const double[4]){0, 1, 0, 0},
+    add_light(s, 1, animation, "light-back", (const double[4]){0, 1, 0, 0},
               vec3_make(0.02, 0.27, ROOM_BACK + 0.004), vec3_make(0.17, 0, 0), vec3_make(0, 0.04, 0),
               (const double[2]){0.24, 0.14}, (const double[3]){1.0, 0.64, 0.28}, 2.4);
 }
 
-static void add_view(struct glb *g)
+static int add_view(struct glb *g)
 {
     // 14 degrees down from the middle of the room's front.
     const double tilt = -0.25;
-    glb_add_node(g, &(struct glb_node){.name = "camera",
-                                       .translation = {0.0, 0.385, 0.95},
-                                       .rotation = {sin(0.5 * tilt), 0, 0, cos(0.5 * tilt)},
-                                       .camera = glb_add_camera(g, 0.77, 0.01) + 1});
+    int camera = glb_add_node(g, &(struct glb_node){.name = "camera",
+                                                    .translation = {0.0, 0.385, 0.95},
+                                                    .rotation = {sin(0.5 * tilt), 0, 0, cos(0.5 * tilt)},
+                                                    .camera = glb_add_camera(g, 0.77, 0.01) + 1});
     cJSON *scale = glb_component(g, "scenes", 0, "scene_scale");
     const double center[3] = {0.0, 0.5 * ROOM_Y, 0.5 * (ROOM_BACK + ROOM_FRONT)};
     double half[3] = {ROOM_X, 0.5 * ROOM_Y, 0.5 * (ROOM_FRONT - ROOM_BACK)};
     glb_set_list(g, scale, "center", center, 3);
     glb_set(g, scale, "radius", sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]));
+    return camera;
+}
+
+// ---- what may vary ----
+
+// The walls are no obstacle to lights: a ceiling lamp hangs low enough to be turned.
+static void vary_lights(struct chess *s, int group)
+{
+    static const double white[][4] = {{1, 0.97, 0.93}, {1, 0.86, 0.66}, {0.8, 0.9, 1}, {1, 1, 1}};
+    static const double colors[][4] = {
+        {1, 0.64, 0.28}, {0.3, 0.55, 1}, {1, 0.35, 0.3}, {0.45, 1, 0.5}, {1, 1, 1}};
+    const struct vary list[] = {
+        {.name = "vary-ceiling-place",
+         .field = "transform.translation",
+         .kind = "offset",
+         .node = s->rigs[0] + 1,
+         .min = {-0.1, -0.1, -0.1},
+         .max = {0.1, -0.04, 0.2}},
+        {.name = "vary-ceiling-turn",
+         .field = "transform.rotation",
+         .kind = "turn",
+         .node = s->lights[0] + 1,
+         .min = {-0.2, -0.1},
+         .max = {0.2, 0.1}},
+        {.name = "vary-ceiling-size",
+         .field = "light_rectangle.size",
+         .kind = "range",
+         .node = s->lights[0] + 1,
+         .min = {0.1, 0.08},
+         .max = {0.36, 0.3}},
+        {.name = "vary-ceiling-power",
+         .field = "light_rectangle.radiance",
+         .kind = "log_range",
+         .node = s->lights[0] + 1,
+         .min = {2.5},
+         .max = {16}},
+        {.name = "vary-ceiling-color",
+         .field = "light_rectangle.color",
+         .kind = "choices",
+         .node = s->lights[0] + 1,
+         .choices = white,
+         .choice_count = NG_COUNT(white)},
+        {.name = "vary-back-place",
+         .field = "transform.translation",
+         .kind = "offset",
+         .node = s->rigs[1] + 1,
+         .min = {-0.1, -0.03, 0.03},
+         .max = {0.1, 0.06, 0.06}},
+        {.name = "vary-back-turn",
+         .field = "transform.rotation",
+         .kind = "turn",
+         .node = s->lights[1] + 1,
+         .min = {-0.25, -0.25},
+         .max = {0.25, 0.25}},
+        {.name = "vary-back-size",
+         .field = "light_rectangle.size",
+         .kind = "range",
+         .node = s->lights[1] + 1,
+         .min = {0.08, 0.06},
+         .max = {0.2, 0.18}},
+        {.name = "vary-back-power",
+         .field = "light_rectangle.radiance",
+         .kind = "log_range",
+         .node = s->lights[1] + 1,
+         .min = {1},
+         .max = {10}},
+        {.name = "vary-back-color",
+         .field = "light_rectangle.color",
+         .kind = "choices",
+         .node = s->lights[1] + 1,
+         .choices = colors,
+         .choice_count = NG_COUNT(colors)},
+    };
+    for (size_t i = 0; i < NG_COUNT(list); i++)
+        vary_add(&s->glb, group, &list[i]);
+}
+
+static void vary_color(struct chess *s, int group, const char *name, int material, double min, double max)
+{
+    vary_add(&s->glb, group,
+             &(struct vary){.name = name,
+                            .field = "material.base_color",
+                            .kind = "range",
+                            .material = material + 1,
+                            .min = {min, min, min},
+                            .max = {max, max, max}});
+}
+
+static void vary_number(struct chess *s, int group, const char *name, const char *field, int material,
+                        double min, double max)
+{
+    vary_add(&s->glb, group,
+             &(struct vary){.name = name,
+                            .field = field,
+                            .kind = "range",
+                            .material = material + 1,
+                            .min = {min},
+                            .max = {max}});
+}
+
+static void vary_metal(struct chess *s, int group, const char *name, int material)
+{
+    static const double metal[][4] = {{0}, {1}};
+    vary_add(&s->glb, group,
+             &(struct vary){.name = name,
+                            .field = "material.metallic",
+                            .kind = "choices",
+                            .material = material + 1,
+                            .choices = metal,
+                            .choice_count = NG_COUNT(metal)});
+}
+
+static void vary_materials(struct chess *s, int group)
+{
+    static const char *const walls[] = {"vary-wall-left",  "vary-wall-right", "vary-wall-back",
+                                        "vary-wall-front", "vary-floor",      "vary-ceiling"};
+    for (int i = 0; i < 6; i++)
+        vary_color(s, group, walls[i], s->room[i], 0.04, 0.8);
+    vary_color(s, group, "vary-light-pieces", s->ivory, 0.3, 0.95);
+    vary_color(s, group, "vary-dark-pieces", s->ebony, 0.03, 0.6);
+    vary_metal(s, group, "vary-light-metal", s->ivory);
+    vary_metal(s, group, "vary-dark-metal", s->ebony);
+    const char *roughness = "material.roughness";
+    vary_number(s, group, "vary-rough-floor", roughness, s->room[4], 0.15, 0.9);
+    vary_number(s, group, "vary-rough-light-squares", roughness, s->wood_light, 0.1, 0.5);
+    vary_number(s, group, "vary-rough-dark-squares", roughness, s->wood_dark, 0.1, 0.5);
+    vary_number(s, group, "vary-rough-frame", roughness, s->frame, 0.1, 0.5);
+    vary_number(s, group, "vary-rough-light-pieces", roughness, s->ivory, 0.1, 0.6);
+    vary_number(s, group, "vary-rough-dark-pieces", roughness, s->ebony, 0.1, 0.6);
+}
+
+// The clip says where pieces stand; they may turn and stretch besides, and all of them with the board.
+static void vary_things(struct chess *s, int group)
+{
+    vary_add(&s->glb, group, &(struct vary){.name = "vary-time", .kind = "time", .max = {DANCE_SECONDS}});
+    vary_add(&s->glb, group,
+             &(struct vary){.name = "vary-board",
+                            .field = "transform.rotation",
+                            .kind = "turn",
+                            .node = s->board + 1,
+                            .min = {0, -3.14},
+                            .max = {0, 3.14}});
+    for (int i = 0; i < DANCERS; i++) {
+        char turn[24], stretch[24];
+        snprintf(turn, sizeof turn, "vary-turn-%d", i);
+        snprintf(stretch, sizeof stretch, "vary-stretch-%d", i);
+        vary_add(&s->glb, group,
+                 &(struct vary){.name = turn,
+                                .field = "transform.rotation",
+                                .kind = "turn",
+                                .node = s->pieces[i] + 1,
+                                .min = {0, -3.14},
+                                .max = {0, 3.14}});
+        vary_add(&s->glb, group,
+                 &(struct vary){.name = stretch,
+                                .field = "transform.scale",
+                                .kind = "range",
+                                .node = s->pieces[i] + 1,
+                                .min = {0.85, 0.8, 0.85},
+                                .max = {1.15, 1.35, 1.15}});
+    }
+}
+
+static void vary_view(struct chess *s, int group)
+{
+    vary_add(&s->glb, group,
+             &(struct vary){.name = "vary-view",
+                            .kind = "camera",
+                            .node = s->camera + 1,
+                            .min = {-0.38, 0.08, 0.3},
+                            .max = {0.38, 0.43, 1.1},
+                            .look_min = {-0.2, 0, -0.2},
+                            .look_max = {0.2, 0.15, 0.2}});
+    vary_add(&s->glb, group,
+             &(struct vary){.name = "vary-lens",
+                            .field = "camera.fov_y",
+                            .kind = "range",
+                            .node = s->camera + 1,
+                            .min = {0.5},
+                            .max = {0.95}});
 }
 
 ng_result chess_build(struct bytes *out)
 {
     struct chess s;
     glb_init(&s.glb);
-    add_view(&s.glb);
-    add_room(&s.glb);
+    s.camera = add_view(&s.glb);
+    add_room(&s);
     add_board(&s);
     s.ivory = glb_add_material(
         &s.glb,
@@ -327,5 +525,10 @@ ng_result chess_build(struct bytes *out)
     int animation = glb_add_animation(&s.glb, "dance");
     add_lights(&s, animation);
     add_pieces(&s, animation);
+    int group = glb_add_node(&s.glb, &(struct glb_node){.name = "variations"}) + 1;
+    vary_lights(&s, group);
+    vary_materials(&s, group);
+    vary_things(&s, group);
+    vary_view(&s, group);
     return glb_finish(&s.glb, out);
 }

@@ -48,7 +48,7 @@ static int append(struct glb *g, const char *collection, cJSON **out)
     return array ? cJSON_GetArraySize(array) - 1 : 0;
 }
 
-static void set_text(struct glb *g, cJSON *object, const char *key, const char *value)
+void glb_set_text(struct glb *g, cJSON *object, const char *key, const char *value)
 {
     if (object && value)
         keep(g, cJSON_AddStringToObject(object, key, value));
@@ -78,9 +78,14 @@ void glb_set_texture(struct glb *g, cJSON *object, const char *key, int texture)
     glb_set(g, member(g, object, key, cJSON_CreateObject), "texture", texture);
 }
 
+void glb_set_entity(struct glb *g, cJSON *object, const char *key, const char *kind, int index)
+{
+    glb_set(g, member(g, object, key, cJSON_CreateObject), kind, index);
+}
+
 void glb_set_picture(struct glb *g, cJSON *object, const char *key, const char *uri)
 {
-    set_text(g, member(g, object, key, cJSON_CreateObject), "uri", uri);
+    glb_set_text(g, member(g, object, key, cJSON_CreateObject), "uri", uri);
 }
 
 static void use_extension(struct glb *g, const char *name)
@@ -120,9 +125,9 @@ void glb_init(struct glb *g)
     *g = (struct glb){0};
     g->root = keep(g, cJSON_CreateObject());
     cJSON *asset = member(g, g->root, "asset", cJSON_CreateObject), *scene;
-    set_text(g, asset, "version", "2.0");
-    set_text(g, asset, "generator", "lightformer tools/content");
-    set_text(g, asset, "copyright", "MIT license");
+    glb_set_text(g, asset, "version", "2.0");
+    glb_set_text(g, asset, "generator", "lightformer tools/content");
+    glb_set_text(g, asset, "copyright", "MIT license");
     glb_set(g, g->root, "scene", 0);
     append(g, "scenes", &scene);
 }
@@ -188,7 +193,7 @@ static int add_accessor(struct glb *g, const void *data, size_t size, enum compo
     glb_set(g, *out, "bufferView", view);
     glb_set(g, *out, "componentType", type);
     glb_set(g, *out, "count", (double)count);
-    set_text(g, *out, "type", shapes[width]);
+    glb_set_text(g, *out, "type", shapes[width]);
     return index;
 }
 
@@ -318,8 +323,8 @@ int glb_texture(struct glb *g, const char *name, ng_result (*make)(struct bytes 
         g->failed = true;
     cJSON *image, *sampler, *texture;
     int image_index = append(g, "images", &image);
-    set_text(g, image, "name", name);
-    set_text(g, image, "mimeType", "image/png");
+    glb_set_text(g, image, "name", name);
+    glb_set_text(g, image, "mimeType", "image/png");
     glb_set(g, image, "bufferView", add_view(g, png.items, png.count));
     bytes_finish(&png);
     int sampler_index = append(g, "samplers", &sampler);
@@ -356,7 +361,7 @@ int glb_add_material(struct glb *g, const struct glb_material *m)
 {
     cJSON *material;
     int index = append(g, "materials", &material);
-    set_text(g, material, "name", m->name);
+    glb_set_text(g, material, "name", m->name);
     cJSON *pbr = member(g, material, "pbrMetallicRoughness", cJSON_CreateObject);
     const double color[4] = {m->base_color[0], m->base_color[1], m->base_color[2], 1.0};
     glb_set_list(g, pbr, "baseColorFactor", color, 4);
@@ -368,7 +373,7 @@ int glb_add_material(struct glb *g, const struct glb_material *m)
     set_texture(g, material, "emissiveTexture", m->emissive_texture);
     set_emission(g, material, m->emissive);
     if (m->alpha_cutoff > 0.0) {
-        set_text(g, material, "alphaMode", "MASK");
+        glb_set_text(g, material, "alphaMode", "MASK");
         glb_set(g, material, "alphaCutoff", m->alpha_cutoff);
     }
     if (m->double_sided)
@@ -439,7 +444,7 @@ static void set_cage(struct glb *g, cJSON *primitive, const struct glb_mesh *m)
     const struct cage *c = m->cage;
     cJSON *subdivision = component(g, primitive, "subdivision");
     glb_set(g, subdivision, "level", m->level);
-    set_text(g, subdivision, "boundary", m->boundary);
+    glb_set_text(g, subdivision, "boundary", m->boundary);
     cJSON *cage = member(g, extension(g, primitive, "NG_scene"), "cage", cJSON_CreateObject);
     glb_set(g, cage, "positions", m->positions - 1);
     glb_set(g, cage, "faceSizes", glb_integers(g, c->sizes.items, c->sizes.count, 1));
@@ -454,7 +459,7 @@ int glb_add_mesh(struct glb *g, const struct glb_mesh *m)
 {
     cJSON *mesh;
     int index = append(g, "meshes", &mesh);
-    set_text(g, mesh, "name", m->name);
+    glb_set_text(g, mesh, "name", m->name);
     cJSON *primitives = member(g, mesh, "primitives", cJSON_CreateArray);
     cJSON *primitive = primitives ? keep(g, cJSON_CreateObject()) : NULL;
     if (!primitive)
@@ -523,7 +528,7 @@ int glb_add_node(struct glb *g, const struct glb_node *n)
 {
     cJSON *node;
     int index = append(g, "nodes", &node);
-    set_text(g, node, "name", n->name);
+    glb_set_text(g, node, "name", n->name);
     set_transform(g, node, n);
     set_accessor(g, node, "mesh", n->mesh);
     set_accessor(g, node, "camera", n->camera);
@@ -543,7 +548,7 @@ int glb_add_camera(struct glb *g, double fov_y, double near_plane)
 {
     cJSON *camera;
     int index = append(g, "cameras", &camera);
-    set_text(g, camera, "type", "perspective");
+    glb_set_text(g, camera, "type", "perspective");
     cJSON *perspective = member(g, camera, "perspective", cJSON_CreateObject);
     glb_set(g, perspective, "yfov", fov_y);
     glb_set(g, perspective, "znear", near_plane);
@@ -558,8 +563,8 @@ int glb_add_light(struct glb *g, const char *name, const char *type, const doubl
     if (!light)
         return 0;
     cJSON_AddItemToArray(lights, light);
-    set_text(g, light, "name", name);
-    set_text(g, light, "type", type);
+    glb_set_text(g, light, "name", name);
+    glb_set_text(g, light, "type", type);
     glb_set_list(g, light, "color", color, 3);
     glb_set(g, light, "intensity", intensity);
     if (outer_angle > 0.0) {
@@ -574,7 +579,7 @@ int glb_add_skin(struct glb *g, const char *name, const int *joints, int count, 
 {
     cJSON *skin;
     int index = append(g, "skins", &skin);
-    set_text(g, skin, "name", name);
+    glb_set_text(g, skin, "name", name);
     glb_set(g, skin, "inverseBindMatrices", inverse_bind);
     cJSON *list = member(g, skin, "joints", cJSON_CreateArray);
     for (int i = 0; list && i < count; i++)
@@ -588,7 +593,7 @@ int glb_add_animation(struct glb *g, const char *name)
 {
     cJSON *animation;
     int index = append(g, "animations", &animation);
-    set_text(g, animation, "name", name);
+    glb_set_text(g, animation, "name", name);
     member(g, animation, "channels", cJSON_CreateArray);
     member(g, animation, "samplers", cJSON_CreateArray);
     return index;
@@ -605,7 +610,7 @@ static int add_sampler(struct glb *g, cJSON *animation, const struct glb_channel
     cJSON_AddItemToArray(samplers, sampler);
     glb_set(g, sampler, "input", glb_doubles(g, c->times, c->keys, 1, true));
     glb_set(g, sampler, "output", glb_doubles(g, c->values, values, width, false));
-    set_text(g, sampler, "interpolation", c->interpolation);
+    glb_set_text(g, sampler, "interpolation", c->interpolation);
     return cJSON_GetArraySize(samplers) - 1;
 }
 
@@ -623,6 +628,6 @@ void glb_add_channel(struct glb *g, int animation_index, const struct glb_channe
     glb_set(g, channel, "sampler", sampler);
     cJSON *target = c->component ? channel : member(g, channel, "target", cJSON_CreateObject);
     glb_set(g, target, "node", c->node);
-    set_text(g, target, "component", c->component);
-    set_text(g, target, c->component ? "field" : "path", c->path);
+    glb_set_text(g, target, "component", c->component);
+    glb_set_text(g, target, c->component ? "field" : "path", c->path);
 }

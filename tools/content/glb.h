@@ -102,6 +102,9 @@ cJSON *glb_component(struct glb *g, const char *collection, int index, const cha
 // Sets a number, a list of numbers, or a switch of a JSON object. Null objects are ignored.
 void glb_set(struct glb *g, cJSON *object, const char *key, double value);
 void glb_set_list(struct glb *g, cJSON *object, const char *key, const double *values, int count);
+void glb_set_text(struct glb *g, cJSON *object, const char *key, const char *value);
+// A reference to an entity: `kind` is "node" or "material".
+void glb_set_entity(struct glb *g, cJSON *object, const char *key, const char *kind, int index);
 void glb_set_bool(struct glb *g, cJSON *object, const char *key, bool value);
 // An image field: a texture of this file, or a picture beside it.
 void glb_set_texture(struct glb *g, cJSON *object, const char *key, int texture);

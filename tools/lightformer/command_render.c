@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "lightformer/dataset/sampler.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,7 +20,7 @@ struct render {
     struct cli_texts outputs;
     uint32_t method, aovs, threads;
     struct cli_size size;
-    struct cli_range frames;
+    struct cli_range frames, variation;
     double time;
     // Of the method "reference":
     uint32_t samples, depth, sampler, seed;
@@ -92,6 +93,13 @@ static const struct cli_option options[] = {
      .value = "A..B",
      .max = 1e6,
      .doc = "a sequence instead, A and B included, at 30 frames a second"},
+    {.name = "--variation",
+     .kind = CLI_RANGE,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct render, variation),
+     .value = "SEED",
+     .max = UINT32_MAX,
+     .doc = "the sample that a data set has under this seed"},
     {.name = "--camera",
      .kind = CLI_TEXT,
      .flags = CLI_PICTURE,
@@ -171,6 +179,8 @@ struct job {
     const struct render *render;
     struct ng_stage *stage;
     struct render_reference *reference; // null for the renderer's methods
+    struct lf_scene_sampler *sampler;   // null without --variation
+    double time;                        // of a single picture
     uint32_t samples;                   // of the last picture
     uint64_t scene_hash;
     const char *layers[OUTPUT_MAX_LAYERS]; // of an EXR: beauty and what --aov names
@@ -212,6 +222,8 @@ static bool check_options(const struct render *r)
         fputs("lightformer render: --time and --frames exclude each other\n", stderr);
         return false;
     }
+    if (r->variation.given && (r->frames.given || r->variation.first != r->variation.last))
+        return refuse("--variation takes one seed, and no --frames");
     bool exr = false;
     for (uint32_t i = 0; i < r->outputs.count; i++) {
         if (!output_knows(r->outputs.items[i])) {
@@ -257,16 +269,6 @@ static void choose_layers(struct job *job)
         job->wanted[job->wanted_count++] = job->layers[i];
     if (job->display)
         job->wanted[job->wanted_count++] = "display";
-}
-
-static ng_result hash_scene(const char *path, uint64_t *out)
-{
-    void *data;
-    size_t size;
-    NG_TRY(ng_file_read(path, 0, &data, &size));
-    *out = ng_hash_bytes(0, data, size);
-    free(data);
-    return NG_OK;
 }
 
 static ng_result draw(struct job *job, double time)
@@ -336,7 +338,7 @@ static ng_result render_picture(struct job *job)
     const struct render *r = job->render;
     struct output_layer layers[OUTPUT_MAX_LAYERS];
     struct output_picture picture;
-    NG_TRY(draw(job, r->time));
+    NG_TRY(draw(job, job->time));
     NG_TRY(fetch(job, layers, &picture));
     for (uint32_t i = 0; i < r->outputs.count; i++)
         NG_TRY(write_output(job, r->outputs.items[i], &picture, r));
@@ -392,7 +394,7 @@ static ng_result write_graph(struct job *job, const char *path)
 static ng_result begin_motion(struct job *job)
 {
     const struct render *r = job->render;
-    double first = r->frames.given ? r->frames.first / CLI_FRAMES_A_SECOND : r->time;
+    double first = r->frames.given ? r->frames.first / CLI_FRAMES_A_SECOND : job->time;
     double before = first - 1 / CLI_FRAMES_A_SECOND;
     return before < 0 ? NG_OK : ng_stage_seek(job->stage, before, r->camera);
 }
@@ -401,7 +403,9 @@ static ng_result begin_motion(struct job *job)
 static uint64_t hash_picture(const struct job *job)
 {
     const struct render *r = job->render;
-    uint64_t hash = ng_hash_bytes(job->scene_hash, &r->time, sizeof r->time);
+    uint64_t hash = ng_hash_bytes(job->scene_hash, &job->time, sizeof job->time);
+    if (r->variation.given)
+        hash = ng_hash_combine(hash, r->variation.first);
     return r->camera ? ng_hash_combine(hash, ng_hash_string(r->camera)) : hash;
 }
 
@@ -424,13 +428,33 @@ static ng_result open_reference(struct job *job)
     return render_reference_create(&params, &job->reference);
 }
 
+// Makes the scene the sample that --variation names.
+static ng_result vary(struct job *job)
+{
+    const struct render *r = job->render;
+    struct lf_scene_sampler_params params = {.world = job->stage->world,
+                                             .assets = job->stage->assets,
+                                             .jobs = job->stage->jobs,
+                                             .time = r->time,
+                                             .camera = r->camera};
+    struct lf_sample sample;
+    job->time = r->time;
+    if (!r->variation.given)
+        return NG_OK;
+    NG_TRY(lf_scene_sampler_create(&params, &job->sampler));
+    NG_TRY(lf_scene_sampler_begin(job->sampler, r->variation.first, &sample));
+    job->time = sample.time;
+    return NG_OK;
+}
+
 static ng_result render(struct job *job)
 {
     const struct render *r = job->render;
     struct ng_stage_params params = {
         .scene = r->scene, .device = r->device, .threads = r->threads, .no_device = is_reference(r)};
     NG_TRY(ng_stage_create(&params, &job->stage));
-    NG_TRY(hash_scene(r->scene, &job->scene_hash));
+    NG_TRY(output_hash_scene(r->scene, &job->scene_hash));
+    NG_TRY(vary(job));
     if (is_reference(r))
         NG_TRY(open_reference(job));
     choose_layers(job);
@@ -446,6 +470,7 @@ static int run(const void *args)
         return CLI_USAGE;
     ng_result result = render(&job);
     render_reference_destroy(&job.reference);
+    lf_scene_sampler_destroy(&job.sampler);
     ng_stage_destroy(&job.stage);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;
 }

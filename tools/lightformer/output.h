@@ -42,4 +42,7 @@ bool output_numbered(const char *path, uint32_t frame, char *out, size_t size);
 NG_NODISCARD ng_result output_write(const char *path, const struct output_picture *picture,
                                     const struct output_origin *origin);
 
+// The scene_hash of an origin.
+NG_NODISCARD ng_result output_hash_scene(const char *path, uint64_t *out);
+
 #endif

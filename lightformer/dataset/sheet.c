@@ -1,0 +1,429 @@
+// A picture of tiles: a row for each crop, a tile for each channel. A tile is a function from a pixel to a
+// colour. Radiance is shown at one exposure a crop (its mean at 0.18), everything else as numbers from 0
+// to 1.
+#include "lightformer/dataset/dataset.h"
+
+#include "asset/png.h"
+#include "base/log.h"
+#include "lightformer/dataset/manifest.h"
+#include "render/frame.h"
+#include "shaders/shared/tonemap.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define ROWS       16
+#define GAP        4
+#define MAX_LIGHTS 3 // shown
+#define MAX_WIDTH  16384u
+
+struct row {
+    const struct lf_tensors *tensors;
+    uint64_t seed;
+    size_t crop, side;    // which crop of the sample; pixels a side
+    size_t lights, light; // of the sample; the one that a tile shows
+    float exposure;
+};
+
+// A picture under construction.
+struct sheet {
+    uint32_t width, height;
+    unsigned char *rgb;
+};
+
+typedef void (*tile_fn)(const struct row *row, size_t pixel, float out[3]);
+
+// ---- values ----------------------------------------------------------------------------------------------
+
+static const struct lf_tensor *tensor(const struct row *row, const char *name)
+{
+    char full[LF_TENSOR_NAME];
+    snprintf(full, sizeof full, "%" PRIu64 "/%s", row->seed, name);
+    return lf_tensors_find(row->tensors, full);
+}
+
+static float number(const struct lf_tensor *t, size_t index)
+{
+    return t->dtype == LF_F16  ? lf_half_to(((const uint16_t *)t->data)[index])
+           : t->dtype == LF_U8 ? (float)((const uint8_t *)t->data)[index]
+                               : ((const float *)t->data)[index];
+}
+
+// A pixel of a tensor [crops][channels][side][side].
+static void planes(const struct row *row, const char *name, size_t pixel, float out[3])
+{
+    const struct lf_tensor *t = tensor(row, name);
+    size_t channels = t->shape[1], n = row->side * row->side;
+    for (size_t c = 0; c < 3; c++)
+        out[c] = number(t, (row->crop * channels + (c < channels ? c : 0)) * n + pixel);
+}
+
+static float dot(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void fill(float value, float out[3])
+{
+    out[0] = out[1] = out[2] = value;
+}
+
+static void show(const struct row *row, float rgb[3])
+{
+    for (int c = 0; c < 3; c++)
+        rgb[c] = fmaxf(rgb[c] * row->exposure, 0);
+    float peak = fmaxf(rgb[0], fmaxf(rgb[1], rgb[2])), toe = fminf(rgb[0], fminf(rgb[1], rgb[2]));
+    for (int c = 0; c < 3; c++)
+        rgb[c] = ng_srgb_encode(ng_tonemap(rgb[c], peak, toe));
+}
+
+// ---- tiles of a crop -------------------------------------------------------------------------------------
+
+static void linear_beauty(const struct row *row, size_t i, float out[3])
+{
+    float direct[3], shadow[3], indirect[3], emission[3];
+    planes(row, "target.unshadowed", i, direct);
+    planes(row, "target.shadow", i, shadow);
+    planes(row, "target.indirect", i, indirect);
+    planes(row, "gbuffer.emission", i, emission);
+    for (int c = 0; c < 3; c++)
+        out[c] = direct[c] * shadow[c] + indirect[c] + emission[c];
+}
+
+static void beauty(const struct row *row, size_t i, float out[3])
+{
+    linear_beauty(row, i, out);
+    show(row, out);
+}
+
+static void unshadowed(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "target.unshadowed", i, out);
+    show(row, out);
+}
+
+static void shadow(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "target.shadow", i, out);
+}
+
+static void indirect(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "target.indirect", i, out);
+    show(row, out);
+}
+
+static void emission(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "gbuffer.emission", i, out);
+    show(row, out);
+}
+
+static void diffuse(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "gbuffer.diffuse", i, out);
+    for (int c = 0; c < 3; c++)
+        out[c] = ng_srgb_encode(out[c]);
+}
+
+static void specular(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "gbuffer.specular", i, out);
+    for (int c = 0; c < 3; c++)
+        out[c] = ng_srgb_encode(out[c]);
+}
+
+static void roughness(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "gbuffer.roughness", i, out);
+}
+
+static void normal(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "gbuffer.normal", i, out);
+    for (int c = 0; c < 3; c++)
+        out[c] = out[c] * 0.5f + 0.5f;
+}
+
+static void position(const struct row *row, size_t i, float out[3])
+{
+    const struct lf_tensor *center = tensor(row, "scene.center"), *radius = tensor(row, "scene.radius");
+    planes(row, "gbuffer.position", i, out);
+    for (size_t c = 0; c < 3; c++)
+        out[c] = (out[c] - number(center, c)) / number(radius, 0) * 0.5f + 0.5f;
+}
+
+// ---- tiles of a light ------------------------------------------------------------------------------------
+
+static void distances(const struct row *row, size_t i, float *occluder, float *receiver)
+{
+    const struct lf_tensor *t = tensor(row, "shadow.distance");
+    size_t n = row->side * row->side, at = (row->crop * row->lights + row->light) * 2 * n + i;
+    *occluder = number(t, at);
+    *receiver = number(t, at + n);
+}
+
+static void receiver_distance(const struct row *row, size_t i, float out[3])
+{
+    float d, d_f;
+    distances(row, i, &d, &d_f);
+    fill(d_f / number(tensor(row, "scene.radius"), 0) * 0.5f, out);
+}
+
+static void ratio(const struct row *row, size_t i, float out[3])
+{
+    float d, d_f;
+    distances(row, i, &d, &d_f);
+    fill(d_f > 0 ? d / d_f : 1, out);
+}
+
+// Blue where something stands before the point, red where the map is beyond it; a tenth of the radius is
+// full.
+static void difference(const struct row *row, size_t i, float out[3])
+{
+    float d, d_f;
+    distances(row, i, &d, &d_f);
+    float x = (d - d_f) / number(tensor(row, "scene.radius"), 0) * 10;
+    out[0] = 0.2f + x;
+    out[1] = 0.2f;
+    out[2] = 0.2f - x;
+}
+
+static void toward(const float from[3], const struct lf_tensor *to, size_t index, float out[3])
+{
+    float length = 0;
+    for (size_t c = 0; c < 3; c++)
+        out[c] = number(to, index * 3 + c) - from[c];
+    length = sqrtf(dot(out, out));
+    for (int c = 0; length > 0 && c < 3; c++)
+        out[c] /= length;
+}
+
+static void light_cosine(const struct row *row, size_t i, float out[3])
+{
+    float p[3], n[3], l[3];
+    const int32_t *kind = tensor(row, "light.kind")->data;
+    planes(row, "gbuffer.position", i, p);
+    planes(row, "gbuffer.normal", i, n);
+    toward(p, tensor(row, "light.proxy"), row->light, l);
+    for (size_t c = 0; kind[row->light] == NG_VPL_DIRECTIONAL && c < 3; c++)
+        l[c] = -number(tensor(row, "light.look"), row->light * 3 + c);
+    fill(dot(n, l), out);
+}
+
+static void view_cosine(const struct row *row, size_t i, float out[3])
+{
+    float p[3], n[3], v[3];
+    planes(row, "gbuffer.position", i, p);
+    planes(row, "gbuffer.normal", i, n);
+    toward(p, tensor(row, "camera.position"), 0, v);
+    fill(dot(n, v), out);
+}
+
+// The first four views of a map of the light, two by two.
+static bool rsm_texel(const struct row *row, size_t i, const char *name, float out[3])
+{
+    const struct lf_tensor *t = tensor(row, name), *mask = tensor(row, "rsm.mask");
+    size_t x = i % row->side * 2 * NG_RSM_SIZE / row->side, y = i / row->side * 2 * NG_RSM_SIZE / row->side;
+    size_t view = x / NG_RSM_SIZE + y / NG_RSM_SIZE * 2, texels = NG_RSM_SIZE * NG_RSM_SIZE;
+    size_t texel = y % NG_RSM_SIZE * NG_RSM_SIZE + x % NG_RSM_SIZE, views = t->shape[1];
+    fill(0, out);
+    if (view >= views || !(number(mask, (row->light * views + view) * texels + texel) > 0))
+        return false;
+    for (size_t c = 0; c < 3; c++)
+        out[c] = number(t, ((row->light * views + view) * 3 + c) * texels + texel);
+    return true;
+}
+
+static void rsm_flux(const struct row *row, size_t i, float out[3])
+{
+    const struct lf_tensor *power = tensor(row, "light.power");
+    float total = 0;
+    for (size_t c = 0; c < 3; c++)
+        total += number(power, row->light * 3 + c) / 3;
+    rsm_texel(row, i, "rsm.flux", out);
+    for (int c = 0; c < 3; c++) // a texel's even share of the light comes out bright
+        out[c] = ng_srgb_encode(total > 0 ? out[c] / total * NG_RSM_SIZE * NG_RSM_SIZE * 3 : 0);
+}
+
+static void rsm_normal(const struct row *row, size_t i, float out[3])
+{
+    if (rsm_texel(row, i, "rsm.normal", out))
+        for (int c = 0; c < 3; c++)
+            out[c] = out[c] * 0.5f + 0.5f;
+}
+
+static void rsm_position(const struct row *row, size_t i, float out[3])
+{
+    const struct lf_tensor *center = tensor(row, "scene.center"), *radius = tensor(row, "scene.radius");
+    if (rsm_texel(row, i, "rsm.position", out))
+        for (size_t c = 0; c < 3; c++)
+            out[c] = (out[c] - number(center, c)) / number(radius, 0) * 0.5f + 0.5f;
+}
+
+static const tile_fn crop_tiles[] = {beauty,   unshadowed, shadow,  indirect, emission,
+                                     position, normal,     diffuse, specular, roughness};
+static const tile_fn light_tiles[] = {receiver_distance, ratio,    difference, light_cosine,
+                                      view_cosine,       rsm_flux, rsm_normal, rsm_position};
+
+// ---- the sheet -------------------------------------------------------------------------------------------
+
+static unsigned char to_byte(float x)
+{
+    return (unsigned char)(fminf(fmaxf(x, 0), 1) * 255 + 0.5f);
+}
+
+static void draw_tile(struct sheet *sheet, const struct row *row, tile_fn tile, size_t column, size_t line)
+{
+    size_t x0 = GAP + column * (row->side + GAP), y0 = GAP + line * (row->side + GAP);
+    if (x0 + row->side > sheet->width || y0 + row->side > sheet->height)
+        return;
+    for (size_t i = 0; i < row->side * row->side; i++) {
+        float rgb[3];
+        tile(row, i, rgb);
+        for (size_t c = 0; c < 3; c++)
+            sheet->rgb[((y0 + i / row->side) * sheet->width + x0 + i % row->side) * 3 + c] = to_byte(rgb[c]);
+    }
+}
+
+static void draw_row(struct sheet *sheet, struct row *row, size_t line)
+{
+    double mean = 0;
+    size_t n = row->side * row->side, column = 0;
+    for (size_t i = 0; i < n; i++) {
+        float rgb[3];
+        linear_beauty(row, i, rgb);
+        mean += ((double)rgb[0] + (double)rgb[1] + (double)rgb[2]) / 3 / (double)n;
+    }
+    row->exposure = mean > 0 ? (float)(0.18 / mean) : 1;
+    for (size_t t = 0; t < NG_COUNT(crop_tiles); t++)
+        draw_tile(sheet, row, crop_tiles[t], column++, line);
+    for (row->light = 0; row->light < row->lights && row->light < MAX_LIGHTS; row->light++)
+        for (size_t t = 0; t < NG_COUNT(light_tiles); t++)
+            draw_tile(sheet, row, light_tiles[t], column++, line);
+}
+
+// Everything that the tiles read, in the shape that they read it. The shard is whole, but who wrote it?
+static bool has_shapes(const struct row *row, uint64_t crops)
+{
+    const uint64_t s = row->side, l = row->lights, m = NG_RSM_SIZE, any = UINT64_MAX;
+    const struct {
+        const char *name;
+        enum lf_dtype dtype;
+        uint32_t rank;
+        uint64_t shape[LF_TENSOR_RANK];
+    } wanted[] = {
+        {"target.unshadowed", LF_F32, 4, {crops, 3, s, s}},
+        {"target.shadow", LF_F16, 4, {crops, 3, s, s}},
+        {"target.indirect", LF_F32, 4, {crops, 3, s, s}},
+        {"gbuffer.emission", LF_F16, 4, {crops, 3, s, s}},
+        {"gbuffer.position", LF_F32, 4, {crops, 3, s, s}},
+        {"gbuffer.normal", LF_F16, 4, {crops, 3, s, s}},
+        {"gbuffer.diffuse", LF_F16, 4, {crops, 3, s, s}},
+        {"gbuffer.specular", LF_F16, 4, {crops, 3, s, s}},
+        {"gbuffer.roughness", LF_F16, 4, {crops, 1, s, s}},
+        {"shadow.distance", LF_F32, 5, {crops, l, 2, s, s}},
+        {"scene.center", LF_F32, 1, {3}},
+        {"scene.radius", LF_F32, 1, {1}},
+        {"camera.position", LF_F32, 1, {3}},
+        {"light.power", LF_F32, 2, {l, 3}},
+        {"light.proxy", LF_F32, 2, {l, 3}},
+        {"light.look", LF_F32, 2, {l, 3}},
+        {"light.kind", LF_I32, 1, {l}},
+        {"rsm.flux", LF_F32, 5, {l, any, 3, m, m}},
+        {"rsm.position", LF_F32, 5, {l, any, 3, m, m}},
+        {"rsm.normal", LF_F16, 5, {l, any, 3, m, m}},
+        {"rsm.mask", LF_U8, 4, {l, any, m, m}},
+    };
+    for (size_t i = 0; i < NG_COUNT(wanted); i++) {
+        const struct lf_tensor *t = tensor(row, wanted[i].name);
+        bool same = t && t->dtype == wanted[i].dtype && t->rank == wanted[i].rank;
+        for (uint32_t k = 0; same && k < t->rank; k++)
+            same = wanted[i].shape[k] == t->shape[k] || wanted[i].shape[k] == any;
+        if (!same)
+            return false;
+    }
+    uint64_t views = tensor(row, "rsm.mask")->shape[1];
+    return tensor(row, "rsm.flux")->shape[1] == views && tensor(row, "rsm.normal")->shape[1] == views &&
+           tensor(row, "rsm.position")->shape[1] == views;
+}
+
+static ng_result draw_sample(struct sheet *sheet, struct row *row, uint32_t *line, uint32_t rows)
+{
+    const struct lf_tensor *lights = tensor(row, "light.power"), *target = tensor(row, "target.indirect");
+    row->lights = lights && lights->rank ? (size_t)lights->shape[0] : 0;
+    uint64_t crops = target && target->rank == 4 ? target->shape[0] : 0;
+    if (!has_shapes(row, crops)) {
+        ng_log_error("sample %" PRIu64 " of the data set lacks tensors; make it again", row->seed);
+        return NG_ERROR_FORMAT;
+    }
+    for (row->crop = 0; row->crop < crops && *line < rows; row->crop++)
+        draw_row(sheet, row, (*line)++);
+    return NG_OK;
+}
+
+static ng_result draw_shards(struct sheet *sheet, const char *directory, const struct lf_manifest *m,
+                             uint32_t side, uint32_t rows, uint32_t *line)
+{
+    for (size_t i = 0; i < m->shards.count && *line < rows; i++) {
+        struct lf_tensors tensors;
+        NG_TRY(lf_shard_read(directory, &m->settings, &m->shards.items[i], &tensors));
+        struct row row = {.tensors = &tensors, .side = side};
+        ng_result result = NG_OK;
+        for (uint32_t k = 0; result == NG_OK && k < m->shards.items[i].samples && *line < rows; k++) {
+            row.seed = m->shards.items[i].first_seed + k;
+            result = draw_sample(sheet, &row, line, rows);
+        }
+        lf_tensors_finish(&tensors);
+        NG_TRY(result);
+    }
+    return NG_OK;
+}
+
+static uint32_t crop_side(const struct lf_manifest *m)
+{
+    for (int i = 0; i < LF_SETTING_COUNT; i++)
+        if (strcmp(m->settings.items[i].key, "crop") == 0)
+            return (uint32_t)strtoul(m->settings.items[i].value, NULL, 10);
+    return 0;
+}
+
+static ng_result draw_sheet(const char *directory, const char *path, const struct lf_manifest *m,
+                            uint32_t rows)
+{
+    uint32_t tiles = NG_COUNT(crop_tiles) + MAX_LIGHTS * NG_COUNT(light_tiles), side = crop_side(m), line = 0;
+    uint64_t width = (uint64_t)tiles * (side + GAP) + GAP, height = (uint64_t)rows * (side + GAP) + GAP;
+    if (!side || height > MAX_WIDTH) {
+        ng_log_error("%s: %u crops of %u pixels do not fit into a picture", path, rows, side);
+        return NG_ERROR_FORMAT;
+    }
+    struct sheet sheet = {.width = width < MAX_WIDTH ? (uint32_t)width : MAX_WIDTH,
+                          .height = (uint32_t)height};
+    sheet.rgb = calloc((size_t)sheet.width * 3, sheet.height);
+    if (!sheet.rgb) {
+        ng_log_error("%s: out of memory for %u x %u pixels", path, sheet.width, sheet.height);
+        return NG_ERROR_MEMORY;
+    }
+    ng_result result = draw_shards(&sheet, directory, m, side, rows, &line);
+    struct ng_png_params png = {
+        .width = sheet.width, .height = line * (side + GAP) + GAP, .channels = 3, .pixels = sheet.rgb};
+    if (result == NG_OK)
+        result = ng_png_write(path, &png);
+    free(sheet.rgb);
+    return result;
+}
+
+ng_result lf_dataset_contact_sheet(const char *directory, const char *path, uint32_t rows)
+{
+    struct lf_manifest manifest;
+    ng_result result = lf_manifest_read(directory, &manifest);
+    if (result == NG_ERROR_NOT_FOUND)
+        ng_log_error("%s: no data set is here (there is no manifest.json)", directory);
+    NG_TRY(result);
+    result = draw_sheet(directory, path, &manifest, rows ? rows : ROWS);
+    lf_manifest_finish(&manifest);
+    return result;
+}

@@ -1,0 +1,179 @@
+// lightformer dataset: samples of a scene in shards; a look at what is there.
+#include "commands.h"
+#include "output.h"
+#include "progress.h"
+
+#include "app/stage.h"
+#include "base/file.h"
+#include "lightformer/dataset/dataset.h"
+
+#include <string.h>
+
+struct dataset {
+    const char *scene, *output, *check, *sheet, *camera, *device;
+    uint32_t count, seed, size, crop, crops, spp, shard, vpls, threads;
+    double time;
+};
+
+#define NUMBER(name_, member_, fallback_, doc_)                                                              \
+    {                                                                                                        \
+        .name = (name_), .kind = CLI_COUNT, .offset = offsetof(struct dataset, member_), .value = "N",       \
+        .fallback = (fallback_), .max = UINT32_MAX, .doc = (doc_)                                            \
+    }
+
+static const struct cli_option options[] = {
+    {.name = "SCENE",
+     .kind = CLI_TEXT,
+     .offset = offsetof(struct dataset, scene),
+     .doc = "a glTF file (.glb or .gltf) with variation components"},
+    {.name = "--output",
+     .letter = 'o',
+     .kind = CLI_TEXT,
+     .offset = offsetof(struct dataset, output),
+     .value = "DIR",
+     .doc = "the folder; what it has already is kept"},
+    NUMBER("--count", count, "100", "samples"),
+    NUMBER("--seed", seed, "0", "of the first sample; the next one has the next seed"),
+    NUMBER("--size", size, "512", "pixels a side of the frame that crops are taken from"),
+    NUMBER("--crop", crop, "128", "pixels a side of a crop; 0: whole frames"),
+    NUMBER("--crops", crops, "4", "crops of a frame"),
+    NUMBER("--spp", spp, "64", "paths a pixel of the targets"),
+    NUMBER("--shard", shard, "64", "crops a file"),
+    NUMBER("--vpls", vpls, "500", "direct VPLs of a light"),
+    {.name = "--time",
+     .kind = CLI_REAL,
+     .offset = offsetof(struct dataset, time),
+     .value = "S",
+     .fallback = "0",
+     .max = 1e6,
+     .doc = "seconds into the animation, where time does not vary"},
+    {.name = "--camera",
+     .kind = CLI_TEXT,
+     .offset = offsetof(struct dataset, camera),
+     .value = "NAME",
+     .doc = "a camera of the scene; the first one if not given"},
+    {.name = "--check",
+     .kind = CLI_TEXT,
+     .offset = offsetof(struct dataset, check),
+     .value = "DIR",
+     .doc = "instead: read every shard of a data set and find damage"},
+    {.name = "--contact-sheet",
+     .kind = CLI_TEXT,
+     .offset = offsetof(struct dataset, sheet),
+     .value = "OUT.png",
+     .doc = "the first crops with all channels side by side"},
+    CLI_THREADS(struct dataset),
+    CLI_DEVICE(struct dataset),
+};
+
+static bool check_options(const struct dataset *d)
+{
+    const char *wrong = NULL;
+    if (d->check && (d->scene || d->output))
+        wrong = "--check looks at a data set and makes none: no SCENE, no --output";
+    else if (!d->check && !(d->scene && d->output))
+        wrong = "SCENE and --output are needed (or --check)";
+    else if (d->sheet && strcmp(ng_path_extension(d->sheet), "png") != 0)
+        wrong = "--contact-sheet writes a .png";
+    if (wrong)
+        fprintf(stderr, "lightformer dataset: %s\n", wrong);
+    return !wrong;
+}
+
+static bool show_progress(void *user, uint32_t done, uint32_t count)
+{
+    (void)count;
+    progress_update(user, done);
+    return true;
+}
+
+static void print_report(const struct lf_dataset_report *r)
+{
+    printf("%u samples, %u crops in %.1f s", r->samples, r->crops, r->seconds);
+    if (r->crops)
+        printf(": %.1f crops a minute", 60 * r->crops / r->seconds);
+    puts("");
+    if (r->kept || r->redone)
+        printf("%u of %u shards were there already, %u were damaged and made again\n", r->kept, r->shards,
+               r->redone);
+    for (int i = 0; r->crops && i < LF_STAGES; i++)
+        printf("  %-8s %5.1f %%  %7.3f s a crop\n", lf_stage_names[i], 100 * r->spent[i] / r->seconds,
+               r->spent[i] / r->crops);
+}
+
+static ng_result make(const struct dataset *d, struct ng_stage *stage)
+{
+    struct progress progress;
+    struct lf_dataset_report report;
+    struct lf_dataset_params params = {.world = stage->world,
+                                       .assets = stage->assets,
+                                       .gpu = stage->gpu,
+                                       .jobs = stage->jobs,
+                                       .directory = d->output,
+                                       .program = NG_VERSION,
+                                       .scene = ng_path_name(d->scene),
+                                       .camera = d->camera,
+                                       .time = d->time,
+                                       .seed = d->seed,
+                                       .count = d->count,
+                                       .size = d->size,
+                                       .crop = d->crop,
+                                       .crops = d->crops,
+                                       .spp = d->spp,
+                                       .shard = d->shard,
+                                       .vpls = d->vpls,
+                                       .progress = show_progress,
+                                       .user = &progress};
+    NG_TRY(output_hash_scene(d->scene, &params.scene_hash));
+    progress_begin(&progress, "sample", d->count);
+    ng_result result = lf_dataset_make(&params, &report);
+    progress_end(&progress);
+    if (result == NG_OK)
+        print_report(&report);
+    return result;
+}
+
+static ng_result make_dataset(const struct dataset *d)
+{
+    struct ng_stage_params params = {.scene = d->scene, .device = d->device, .threads = d->threads};
+    struct ng_stage *stage;
+    NG_TRY(ng_stage_create(&params, &stage));
+    ng_result result = make(d, stage);
+    ng_stage_destroy(&stage);
+    return result;
+}
+
+static ng_result check(const struct dataset *d)
+{
+    struct lf_dataset_contents c;
+    ng_result result = lf_dataset_check(d->check, &c);
+    if (c.shards)
+        printf("%u shards, %llu samples, %llu tensors, %.1f MiB; %u shards damaged\n", c.shards,
+               (unsigned long long)c.samples, (unsigned long long)c.tensors, (double)c.bytes / (1 << 20),
+               c.damaged);
+    return result;
+}
+
+static int run(const void *args)
+{
+    const struct dataset *d = args;
+    if (!check_options(d))
+        return CLI_USAGE;
+    ng_result result = d->check ? check(d) : make_dataset(d);
+    if (result == NG_OK && d->sheet)
+        result = lf_dataset_contact_sheet(d->check ? d->check : d->output, d->sheet, 0);
+    return result == NG_OK ? CLI_DONE : CLI_FAILED;
+}
+
+const struct cli_command cli_dataset_command = {
+    .name = "dataset",
+    .summary = "Makes training data of a scene: inputs and path-traced targets by seed.",
+    .notes = "Run it again after an interruption: whole shards are kept, damaged ones made anew.\n"
+             "Several machines: give each a range of seeds (--seed, --count) that begins and ends at a "
+             "multiple of the samples\nof a shard, copy the shards into one folder, and run the whole range "
+             "there.",
+    .options = options,
+    .option_count = NG_COUNT(options),
+    .values_size = sizeof(struct dataset),
+    .run = run,
+};
