@@ -35,10 +35,8 @@ ng_result lf_checkpoint_write(const struct lf_reference *r, const char *path, ui
 {
     size_t size = file_size(r), body = size - sizeof(uint64_t);
     unsigned char *data = malloc(size);
-    if (!data) {
-        ng_log_error("%s: out of memory for a checkpoint of %zu bytes", path, size);
-        return NG_ERROR_MEMORY;
-    }
+    if (!data)
+        return ng_out_of_memory(path);
     struct header header = {MAGIC, hash_picture(r, picture), lf_pixel_count(r), r->samples};
     memcpy(data, &header, sizeof header);
     memcpy(data + sizeof header, r->sums, body - sizeof header);

@@ -44,10 +44,8 @@ ng_result lf_light_choice_update(struct lf_light_choice *c, const struct ng_snap
 {
     lf_light_choice_finish(c);
     c->entries = calloc(snapshot->light_count ? snapshot->light_count : 1, sizeof *c->entries);
-    if (!c->entries) {
-        ng_log_error("reference: out of memory for %u lights", snapshot->light_count);
-        return NG_ERROR_MEMORY;
-    }
+    if (!c->entries)
+        return ng_out_of_memory("lights");
     c->snapshot = snapshot;
     c->count = snapshot->light_count;
     for (uint32_t i = 0; i < c->count; i++) {

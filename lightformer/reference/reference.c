@@ -47,7 +47,7 @@ ng_result lf_reference_create(const struct lf_reference_params *params, struct l
     NG_REQUIRE(region_fits(&region, params->width, params->height), "the region lies in the picture");
     struct lf_reference *r = calloc(1, sizeof *r);
     if (!r)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("reference");
     r->params = *params;
     r->params.region = region;
     r->tile_count = tiles_along(region.width) * tiles_along(region.height);

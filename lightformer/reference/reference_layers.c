@@ -157,10 +157,8 @@ ng_result lf_reference_layer(const struct lf_reference *r, const char *name, str
     while (out->channels < 4 && info->channels[out->channels])
         out->channels++;
     out->pixels = calloc(lf_pixel_count(r), out->channels * sizeof(float));
-    if (!out->pixels) {
-        ng_log_error("reference: out of memory for layer \"%s\"", name);
-        return NG_ERROR_MEMORY;
-    }
+    if (!out->pixels)
+        return ng_out_of_memory(name);
     fill(r, (enum layer)(info - infos), out);
     return NG_OK;
 }
@@ -192,7 +190,5 @@ ng_result lf_reference_display(const struct lf_reference *r, uint8_t **rgba)
         tone_map((const float *)beauty.pixels + i * 3, exposure, out + i * 4);
     free(beauty.pixels);
     *rgba = out;
-    if (!out)
-        ng_log_error("reference: out of memory for what a display shows");
-    return out ? NG_OK : NG_ERROR_MEMORY;
+    return out ? NG_OK : ng_out_of_memory("what a display shows");
 }

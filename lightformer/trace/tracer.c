@@ -230,11 +230,10 @@ static int meet_disk(const struct slot *s, const float origin[3], const float di
 
 static int meet_sphere(const struct slot *s, const float origin[3], const float direction[3], float t[2])
 {
-    double b = 0, c = 0, d = 0, r = (double)sphere_radius(s);
+    double b = 0, d = 0, r = (double)sphere_radius(s);
     for (int i = 0; i < 3; i++) {
         double o = (double)origin[i] - (double)s->matrix[i * 4 + 3];
         b += o * (double)direction[i];
-        c += o * o;
     }
     for (int i = 0; i < 3; i++) { // the squared distance of the line, without cancellation
         double o = (double)origin[i] - (double)s->matrix[i * 4 + 3] - b * (double)direction[i];
@@ -310,11 +309,10 @@ static void free_scene(struct lf_tracer *t)
     t->snapshot = NULL;
 }
 
-static ng_result out_of_memory(struct lf_tracer *t)
+static ng_result give_up(struct lf_tracer *t)
 {
     free_scene(t);
-    ng_log_error("ray tracing: out of memory for the scene");
-    return NG_ERROR_MEMORY;
+    return ng_out_of_memory("ray tracing");
 }
 
 ng_result lf_tracer_create(struct lf_tracer **out)
@@ -322,7 +320,7 @@ ng_result lf_tracer_create(struct lf_tracer **out)
     struct lf_tracer *t = calloc(1, sizeof *t);
     *out = t;
     if (!t)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("ray tracing");
     t->device = rtcNewDevice("threads=1,user_threads=1");
     if (!t->device) {
         ng_log_error("ray tracing: Embree cannot be started (error %d)", (int)rtcGetDeviceError(NULL));
@@ -445,13 +443,13 @@ static ng_result build(struct lf_tracer *t, const struct ng_snapshot *snapshot)
     t->scene = rtcNewScene(t->device);
     t->emitters = rtcNewScene(t->device);
     if (!t->slots || !t->scene || !t->emitters)
-        return out_of_memory(t);
+        return give_up(t);
     rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneFlags(t->emitters, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     t->slot_count = snapshot->instance_count;
     for (uint32_t i = 0; i < t->slot_count; i++)
         if (make_slot(t, snapshot, i) != NG_OK)
-            return out_of_memory(t);
+            return give_up(t);
     t->stats.updated = t->stats.built = t->slot_count;
     return NG_OK;
 }
@@ -517,7 +515,7 @@ ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapsh
         rtcCommitScene(t->emitters);
     }
     if (rtcGetDeviceError(t->device) != RTC_ERROR_NONE)
-        return out_of_memory(t);
+        return give_up(t);
     t->stats.instances = t->slot_count;
     t->stats.update_ms = (double)(ng_clock_ns() - begin) * 1e-6;
     return NG_OK;

@@ -84,10 +84,9 @@ static void test_layers_equal_the_rasterizers(void **state)
     (void)state;
     // Without those whose textures are far smaller than a pixel, which mip levels blur and the reference does
     // not.
-    static const char *const scenes[] = {"materials",  "mirrored",         "double_sided",
-                                         "hierarchy",  "alpha_mask",       "light_rectangle_textured",
-                                         "character",  "subdivision",      "light_sphere",
-                                         "light_disk", "light_environment"};
+    static const char *const scenes[] = {"materials",    "mirrored",   "double_sided",     "hierarchy",
+                                         "alpha_mask",   "light_spot", "character",        "subdivision",
+                                         "light_sphere", "light_disk", "light_environment"};
     for (size_t i = 0; i < NG_COUNT(scenes); i++) {
         char path[128];
         snprintf(path, sizeof path, "content/unit/%s.glb", scenes[i]);
