@@ -9,6 +9,7 @@
 #include "components/scene_scale.h"
 #include "render/extract_internal.h"
 
+#include <assert.h>
 #include <cglm/cglm.h>
 #include <stdlib.h>
 #include <string.h>
@@ -97,6 +98,7 @@ static ng_result bind_world(struct ng_extractor *x, const struct ng_extract_para
     NG_TRY(query_of(p->world, NG_CAMERA, NG_CAMERA, &x->cameras));
     NG_TRY(query_of(p->world, NG_SCENE_SCALE, NG_SCENE_SCALE, &x->scales));
     for (; ng_light_types[x->light_types]; x->light_types++) {
+        assert(x->light_types < NG_COUNT(x->lights));
         ng_component component = ng_light_types[x->light_types]->component;
         NG_TRY(query_of(p->world, component, component, &x->lights[x->light_types]));
     }

@@ -67,10 +67,10 @@ struct ng_light_slot {
     uint64_t piece_version; // mesh lights: of the instance that the triangles are of
     NG_ARRAY(float) triangles;
     NG_ARRAY(float) uvs;
-    struct ng_material surface; // of area lights, as the snapshot shows it
-    uint32_t emitter;           // its index among the emitters' materials, or NG_NONE
-    uint32_t shape;             // which of the engine's own; NG_SHAPE_BUILTIN: none
-    uint32_t instance;          // of that shape, or NG_NONE
+    struct ng_material material; // of area lights: what they are made of, whatever they emit
+    uint32_t emitter;            // its index among the emitters' materials, or NG_NONE
+    uint32_t shape;              // which of the engine's own; NG_SHAPE_BUILTIN: none
+    uint32_t instance;           // of that shape, or NG_NONE
     float power;
 };
 
@@ -95,7 +95,7 @@ struct ng_extractor {
     struct ng_extract_counts counts;
 
     struct ng_query *meshes, *placed, *skinned, *subdivided, *materials, *cameras, *scales;
-    struct ng_query *lights[32]; // in the order of ng_light_types
+    struct ng_query *lights[NG_COMPONENT_COUNT]; // in the order of ng_light_types, a component each
     uint32_t light_types;
 
     struct ng_shape *builtin[NG_SHAPE_BUILTIN];
@@ -120,7 +120,6 @@ struct ng_extractor {
     NG_ARRAY(struct ng_light_slot) old_slots;
     struct ng_index_map mesh_light_of; // entity of a mesh light: slot
 
-    ng_entity camera;
     struct ng_index_map warned; // of whom, about what
     bool has_scale;
 
@@ -181,6 +180,8 @@ const float *ng_extract_placement(const struct ng_extractor *x, ng_entity e);
 NG_NODISCARD ng_result ng_extract_list_lights(struct ng_extractor *x, bool count_changed, bool *listed);
 // Sources, powers, versions and the instances of emitters; pieces must be up to date.
 NG_NODISCARD ng_result ng_extract_update_lights(struct ng_extractor *x);
+// The material that an area light shows: its own, with the light's radiance for emission.
+void ng_extract_emitter_material(const struct ng_light_slot *slot, struct ng_material *out);
 void ng_extract_finish_lights(struct ng_extractor *x);
 // True the first time it is asked about an entity (null: the scene) and a kind of warning.
 enum ng_extract_warning {
@@ -197,6 +198,14 @@ static inline bool ng_extract_same(const void *a, const void *b, size_t size)
 {
     return memcmp(a, b, size) == 0;
 }
+// Exchanges two variables of one type.
+#define NG_SWAP(a, b)                                                                                        \
+    do {                                                                                                     \
+        char swap_[sizeof(a)];                                                                               \
+        memcpy(swap_, &(a), sizeof(a));                                                                      \
+        memcpy(&(a), &(b), sizeof(a));                                                                       \
+        memcpy(&(b), swap_, sizeof(a));                                                                      \
+    } while (0)
 // Name of an entity, for messages; "entity 12" if it has none.
 const char *ng_extract_name(const struct ng_extractor *x, ng_entity e, char buffer[NG_TEXT_SIZE]);
 

@@ -115,13 +115,7 @@ ng_result ng_extract_list_lights(struct ng_extractor *x, bool count_changed, boo
     *listed = false;
     if (!count_changed && same_lights(x))
         return NG_OK;
-    struct ng_light_slot *items = x->slots.items;
-    size_t count = x->slots.count, capacity = x->slots.capacity;
-    x->slots.items = x->old_slots.items;
-    x->slots.capacity = x->old_slots.capacity;
-    x->old_slots.items = items;
-    x->old_slots.count = count;
-    x->old_slots.capacity = capacity;
+    NG_SWAP(x->slots, x->old_slots);
     NG_TRY(collect_slots(x));
     *listed = !carry_slots(x);
     x->image_list_dirty |= *listed;
@@ -171,8 +165,8 @@ static ng_result read_triangles(struct ng_light_slot *slot, const struct ng_snap
     return NG_OK;
 }
 
-// Mesh lights: emission and triangles of the entity's mesh. `*prepare` is set where the tables are out of
-// date.
+// Mesh lights: material, emission and triangles of the entity's mesh. `*prepare` is set where the tables are
+// out of date.
 static ng_result read_emitter(struct ng_extractor *x, struct ng_light_slot *slot, ng_asset *image,
                               bool *prepare)
 {
@@ -192,7 +186,7 @@ static ng_result read_emitter(struct ng_extractor *x, struct ng_light_slot *slot
     *prepare |= s->double_sided != m->double_sided;
     s->double_sided = m->double_sided;
     *image = m->emissive_texture;
-    slot->surface = *m;
+    slot->material = *m;
     if (slot->piece_version == instance->version)
         return NG_OK;
     slot->piece_version = instance->version;
@@ -217,29 +211,31 @@ static void warn_scale(struct ng_extractor *x, const struct ng_light_slot *slot)
                     ng_extract_name(x, slot->entity, name));
 }
 
-// What an area light shows: the light's radiance on its material.
-static ng_result show_surface(struct ng_extractor *x, struct ng_light_slot *slot)
+void ng_extract_emitter_material(const struct ng_light_slot *slot, struct ng_material *out)
+{
+    struct ng_light_surface surface = {0};
+    slot->source.type->surface(&slot->source, &surface);
+    *out = slot->material;
+    memcpy(out->emissive, surface.radiance, sizeof surface.radiance);
+    out->emissive_strength = 1;
+}
+
+// What can be seen of an area light follows the light.
+static ng_result update_surface(struct ng_extractor *x, struct ng_light_slot *slot)
 {
     const struct ng_light_type *type = slot->source.type;
     if (!type->surface)
         return NG_OK;
-    struct ng_light_surface surface = {0};
-    struct ng_material before = slot->surface;
-    type->surface(&slot->source, &surface);
-    if (slot->shape != NG_SHAPE_BUILTIN) {
-        slot->surface = (struct ng_material){.roughness = 1,
-                                             .normal_scale = 1,
-                                             .alpha = 1,
-                                             .alpha_cutoff = 0.5f,
-                                             .emissive_texture = slot->image};
-        memcpy(slot->surface.base_color, surface.albedo, sizeof surface.albedo);
-    }
-    memcpy(slot->surface.emissive, surface.radiance, sizeof surface.radiance);
-    slot->surface.emissive_strength = 1;
     x->image_list_dirty = true;
     if (slot->shape == NG_SHAPE_BUILTIN)
-        return NG_OK;
+        return NG_OK; // its own mesh and material
 
+    struct ng_light_surface surface = {0};
+    struct ng_material before = slot->material;
+    type->surface(&slot->source, &surface);
+    slot->material = (struct ng_material){
+        .roughness = 1, .normal_scale = 1, .alpha = 1, .alpha_cutoff = 0.5f, .emissive_texture = slot->image};
+    memcpy(slot->material.base_color, surface.albedo, sizeof surface.albedo);
     struct ng_snapshot_instance *instance = &x->instances.items[slot->instance];
     float rows[12];
     ng_extract_rows(surface.matrix, rows);
@@ -249,7 +245,7 @@ static ng_result show_surface(struct ng_extractor *x, struct ng_light_slot *slot
         memcpy(instance->previous_matrix, rows, sizeof rows); // new: it has not moved
     ng_extract_bounds(instance, &x->builtin[slot->shape]->mesh);
     ng_extract_set_mirrored(instance, surface.matrix);
-    return moved || ng_extract_reflects_differently(&before, &slot->surface)
+    return moved || ng_extract_reflects_differently(&before, &slot->material)
                ? ng_extract_touch(x, slot->instance)
                : NG_OK;
 }
@@ -280,7 +276,7 @@ static ng_result update_source(struct ng_extractor *x, struct ng_light_slot *slo
                !ng_extract_same(s->matrix, before.matrix, sizeof s->matrix) ||
                !ng_extract_same(s->emission, before.emission, sizeof s->emission) ||
                !ng_extract_same(s->scene_center, before.scene_center, sizeof s->scene_center) ||
-               s->scene_radius != before.scene_radius;
+               !ng_extract_same(&s->scene_radius, &before.scene_radius, sizeof s->scene_radius);
     return prepare ? ng_light_prepare(s) : NG_OK;
 }
 
@@ -293,7 +289,7 @@ static ng_result update_slot(struct ng_extractor *x, uint32_t index)
     NG_TRY(update_source(x, slot, &changed));
     if (changed) {
         slot->power = ng_light_power(&slot->source);
-        NG_TRY(show_surface(x, slot));
+        NG_TRY(update_surface(x, slot));
         slot->version = ++x->clock;
         warn_scale(x, slot);
     }

@@ -38,21 +38,9 @@ static ng_result collect_records(struct ng_extractor *x)
     return NG_OK;
 }
 
-static void swap_records(struct ng_extractor *x)
-{
-    struct ng_material_record *items = x->records.items;
-    size_t count = x->records.count, capacity = x->records.capacity;
-    x->records.items = x->old_records.items;
-    x->records.count = x->old_records.count;
-    x->records.capacity = x->old_records.capacity;
-    x->old_records.items = items;
-    x->old_records.count = count;
-    x->old_records.capacity = capacity;
-}
-
 static ng_result list_records(struct ng_extractor *x)
 {
-    swap_records(x);
+    NG_SWAP(x->records, x->old_records);
     NG_TRY(collect_records(x));
     // What is new is no change of something old; pieces compare the entities of their materials.
     for (size_t i = 1; i < x->records.count; i++) {
@@ -113,13 +101,12 @@ uint32_t ng_extract_material_index(const struct ng_extractor *x, ng_entity mater
 
 bool ng_extract_reflects_differently(const struct ng_material *a, const struct ng_material *b)
 {
-    // Field by field: padding has no value.
-    return !ng_extract_same(a->base_color, b->base_color, sizeof a->base_color) ||
-           a->metallic != b->metallic || a->roughness != b->roughness || a->normal_scale != b->normal_scale ||
-           a->alpha != b->alpha || a->alpha_cutoff != b->alpha_cutoff || a->alpha_mask != b->alpha_mask ||
-           a->double_sided != b->double_sided || a->base_color_texture.id != b->base_color_texture.id ||
-           a->metallic_roughness_texture.id != b->metallic_roughness_texture.id ||
-           a->normal_texture.id != b->normal_texture.id;
+    // Field by field, since padding has no value; by bits, since a NaN that stays is no difference.
+#define DIFFERS(field) (!ng_extract_same(&a->field, &b->field, sizeof a->field))
+    return DIFFERS(base_color) || DIFFERS(metallic) || DIFFERS(roughness) || DIFFERS(normal_scale) ||
+           DIFFERS(alpha) || DIFFERS(alpha_cutoff) || DIFFERS(alpha_mask) || DIFFERS(double_sided) ||
+           DIFFERS(base_color_texture) || DIFFERS(metallic_roughness_texture) || DIFFERS(normal_texture);
+#undef DIFFERS
 }
 
 // ---- the snapshot's arrays -------------------------------------------------------------------------------
@@ -180,8 +167,11 @@ ng_result ng_extract_write_materials(struct ng_extractor *x)
         NG_TRY(write_material(x, x->records.items[i].entity, &x->records.items[i].value));
     for (size_t i = 0; i < x->slots.count; i++) {
         const struct ng_light_slot *slot = &x->slots.items[i];
-        if (slot->emitter != NG_NONE)
-            NG_TRY(write_material(x, slot->entity, &slot->surface));
+        if (slot->emitter != NG_NONE) {
+            struct ng_material shown;
+            ng_extract_emitter_material(slot, &shown);
+            NG_TRY(write_material(x, slot->entity, &shown));
+        }
         struct ng_snapshot_light *light = &x->light_array.items[i];
         light->image = NG_NONE;
         if (slot->source.type->infinite)

@@ -303,14 +303,6 @@ static ng_result collect_pieces(struct ng_extractor *x)
     return NG_OK;
 }
 
-#define SWAP(a, b)                                                                                           \
-    do {                                                                                                     \
-        char swap_[sizeof(a)];                                                                               \
-        memcpy(swap_, &(a), sizeof(a));                                                                      \
-        memcpy(&(a), &(b), sizeof(a));                                                                       \
-        memcpy(&(b), swap_, sizeof(a));                                                                      \
-    } while (0)
-
 // Gives every piece its shape; those without one are left out.
 static ng_result shape_pieces(struct ng_extractor *x)
 {
@@ -463,8 +455,8 @@ static size_t count_emitters(const struct ng_extractor *x)
 
 ng_result ng_extract_list_pieces(struct ng_extractor *x)
 {
-    SWAP(x->pieces, x->old_pieces);
-    SWAP(x->instances, x->old_instances);
+    NG_SWAP(x->pieces, x->old_pieces);
+    NG_SWAP(x->instances, x->old_instances);
     ng_extract_mark_shapes(x);
     NG_TRY(collect_pieces(x));
     NG_TRY(shape_pieces(x));

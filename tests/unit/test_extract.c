@@ -277,9 +277,16 @@ static void test_material_edits_mark_their_pieces(void **state)
     assert_true(i->flags & NG_INSTANCE_MOVED && i->flags & NG_INSTANCE_DOUBLE_SIDED);
     NEAR(n->materials[i->material].roughness, 0.123f, 0);
     assert_true(ng_entity_same(n->materials[instance_of(n, a)->material].entity, s.material));
+    // A NaN that stays is no change.
+    ((struct ng_material *)ng_world_edit(s.world, other, NG_MATERIAL))->metallic = NAN;
+    frame(&s, 2);
+    ng_world_edit(s.world, other, NG_MATERIAL);
+    assert_int_equal(moved_count(frame(&s, 3)), 0);
+    ((struct ng_material *)ng_world_edit(s.world, other, NG_MATERIAL))->metallic = 0;
+    frame(&s, 4);
     // What shines differently does not reflect differently.
     ((struct ng_material *)ng_world_edit(s.world, other, NG_MATERIAL))->emissive[0] = 1;
-    n = frame(&s, 2);
+    n = frame(&s, 5);
     assert_int_equal(moved_count(n), 0);
     assert_true(n->materials[instance_of(n, b)->material].emission[0] > 0);
     close_scene(&s);
@@ -615,6 +622,45 @@ static void test_mesh_light(void **state)
     close_scene(&s);
 }
 
+// Emission of a lamp's material as the snapshot shows it.
+static void assert_emission(struct scene *s, double time, ng_entity lamp, float red, float green)
+{
+    const struct ng_snapshot *n = frame(s, time);
+    const struct ng_snapshot_material *m = &n->materials[instance_of(n, lamp)->material];
+    NEAR(m->emission[0], red, 1e-5);
+    NEAR(m->emission[1], green, 1e-5);
+}
+
+// However often the materials are written again, what is seen is what the light gives.
+static void test_mesh_light_shows_its_radiance(void **state)
+{
+    (void)state;
+    struct scene s;
+    open_scene(&s, 1);
+    ng_entity lamp = add_piece(&s, "lamp", 0, 0, 0), other = ng_entity_create(s.world);
+    struct ng_material *m = ng_world_edit(s.world, s.material, NG_MATERIAL);
+    m->emissive[0] = m->emissive[1] = 1;
+    m->emissive_strength = 3;
+    OK(ng_world_add(s.world, other, NG_MATERIAL, NULL));
+    OK(ng_world_add(s.world, lamp, NG_LIGHT_MESH,
+                    &(struct ng_light_mesh){.on = true, .color = {1, 0.5f, 0}, .scale = 2}));
+    assert_emission(&s, 0, lamp, 6, 3);
+    uint64_t version = frame(&s, 1)->lights[0].version;
+    ((struct ng_material *)ng_world_edit(s.world, other, NG_MATERIAL))->roughness = 0.3f;
+    assert_emission(&s, 2, lamp, 6, 3);
+    assert_true(frame(&s, 3)->lights[0].version == version);
+    // The rest of its material is the scene's, also while the light itself stays the same.
+    ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->roughness = 0.4f;
+    assert_emission(&s, 4, lamp, 6, 3);
+    const struct ng_snapshot *n = frame(&s, 5);
+    NEAR(n->materials[instance_of(n, lamp)->material].roughness, 0.4f, 0);
+    ((struct ng_light_mesh *)ng_world_edit(s.world, lamp, NG_LIGHT_MESH))->on = false;
+    assert_emission(&s, 6, lamp, 0, 0);
+    ((struct ng_material *)ng_world_edit(s.world, other, NG_MATERIAL))->roughness = 0.5f;
+    assert_emission(&s, 7, lamp, 0, 0);
+    close_scene(&s);
+}
+
 static void test_warnings_come_once(void **state)
 {
     (void)state;
@@ -752,6 +798,7 @@ int main(void)
         cmocka_unit_test(test_emitters_are_visible),
         cmocka_unit_test(test_light_versions),
         cmocka_unit_test(test_mesh_light),
+        cmocka_unit_test(test_mesh_light_shows_its_radiance),
         cmocka_unit_test(test_warnings_come_once),
         cmocka_unit_test(test_environment),
         cmocka_unit_test(test_cameras),
