@@ -95,7 +95,8 @@ bool ng_query_row_changed(const struct ng_query_iter *it, uint32_t row);
 // event and are not recorded by a transaction: loops compute, people edit.
 static inline void ng_query_mark(struct ng_query_iter *it, uint32_t term, uint32_t row)
 {
-    it->marks[term][row] = *it->high[term] = *it->tick;
+    if (it->marks[term]) // null where an optional term is missing
+        it->marks[term][row] = *it->high[term] = *it->tick;
 }
 void ng_query_mark_all(struct ng_query_iter *it, uint32_t term);
 
