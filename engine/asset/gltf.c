@@ -198,6 +198,7 @@ ng_result ng_gltf_load(const char *path, struct ng_world *world, struct ng_asset
     struct gltf_document *doc;
     NG_TRY(ng_gltf_parse(path, l.limits.max_file_size, &doc));
     l.doc = doc;
+    l.out.hash = doc->hash;
     ng_result r = load(&l);
     if (r == NG_OK)
         *out = l.out;

@@ -29,6 +29,7 @@ struct ng_gltf_scene {
     uint32_t image_count;
     uint64_t triangle_count; // of the fallback meshes, before subdivision
     float duration;          // of the longest clip, seconds; 0: nothing is animated
+    uint64_t hash;           // of the bytes of every file that was read, wherever they lie: what the scene is
 };
 
 // Adds the file's default scene to a world whose components are the engine's (ng_components_register).

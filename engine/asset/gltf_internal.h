@@ -152,7 +152,8 @@ struct gltf_scene {
 
 struct gltf_document {
     struct ng_arena arena;
-    void *model; // tinygltf's; strings and buffers are borrowed from it
+    void *model;   // tinygltf's; strings and buffers are borrowed from it
+    uint64_t hash; // of the bytes of the document and its buffers, in the order they are read
     int scene;
     uint32_t buffer_count, view_count, accessor_count, mesh_count, node_count, material_count, texture_count;
     uint32_t sampler_count, image_count, camera_count, light_count, skin_count, animation_count, scene_count;

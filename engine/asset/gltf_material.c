@@ -1,11 +1,13 @@
 // Materials become entities; images are loaded once for each way in which they are sampled.
 #include "asset/gltf_loader_internal.h"
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/log.h"
 #include "components/components.h"
 #include "components/material.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static ng_result keep_image(struct gltf_loader *l, const char *name, struct ng_image *image, ng_asset *out)
@@ -32,6 +34,19 @@ static ng_result image_params(const struct gltf_loader *l, const char *what, str
     return NG_ERROR_MEMORY;
 }
 
+static ng_result load_file(struct gltf_loader *l, const char *path, const struct ng_image_params *params,
+                           ng_asset *out)
+{
+    void *data;
+    size_t size;
+    struct ng_image image;
+    NG_TRY(ng_file_read(path, params->max_memory, &data, &size));
+    l->out.hash = ng_hash_bytes(l->out.hash, data, size);
+    ng_result r = ng_image_decode(path, data, size, params, &image);
+    free(data);
+    return r == NG_OK ? keep_image(l, path, &image, out) : r;
+}
+
 static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_params *params, ng_asset *out)
 {
     const struct gltf_image *image = &l->doc->images[index];
@@ -46,8 +61,7 @@ static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_pa
         const char *why;
         if (!ng_gltf_uri_path(l->path, image->uri, path, sizeof path, &why))
             return ng_gltf_error(l, "image %d: \"%.200s\" %s", index, image->uri, why);
-        NG_TRY(ng_image_load(path, params, &decoded));
-        return keep_image(l, path, &decoded, out);
+        return load_file(l, path, params, out);
     }
     if (image->view >= 0)
         NG_TRY(ng_gltf_view_bytes(l, image->view, &data, &size));
@@ -99,10 +113,8 @@ ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *
         return ng_gltf_error(l, "%s: \"%.200s\" %s", where, uri, why);
     // Around a latitude-longitude map u wraps, v does not.
     struct ng_image_params params = {.srgb = true, .repeat_u = true};
-    struct ng_image image;
     NG_TRY(image_params(l, where, &params));
-    NG_TRY(ng_image_load(path, &params, &image));
-    return keep_image(l, path, &image, out);
+    return load_file(l, path, &params, out);
 }
 
 static ng_result use_texture(struct gltf_loader *l, const char *where, const struct gltf_texture_use *use,

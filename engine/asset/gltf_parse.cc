@@ -15,6 +15,7 @@
 extern "C" {
 #include "asset/gltf_internal.h"
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/log.h"
 }
 
@@ -187,6 +188,7 @@ bool scan_json(const char *path, const Span &text)
 struct Files {
     const char *document;
     uint64_t max_size;
+    uint64_t *hash;
     ng_result result;
 };
 
@@ -207,6 +209,7 @@ bool read_file(std::vector<unsigned char> *out, std::string *, const std::string
         return false;
     std::unique_ptr<void, decltype(&std::free)> owner(data, std::free);
     const unsigned char *bytes = static_cast<const unsigned char *>(data);
+    *files->hash = ng_hash_bytes(*files->hash, bytes, size);
     out->assign(bytes, bytes + size);
     return true;
 }
@@ -240,9 +243,10 @@ std::string remaining_error(std::string text)
 }
 
 ng_result parse_model(const char *path, const unsigned char *data, size_t size, uint64_t max_file_size,
-                      tinygltf::Model *model)
+                      tinygltf::Model *model, uint64_t *hash)
 {
-    Files files = {path, max_file_size, NG_OK};
+    *hash = ng_hash_bytes(0, data, size);
+    Files files = {path, max_file_size, hash, NG_OK};
     tinygltf::TinyGLTF parser;
     parser.SetFsCallbacks({file_exists, same_path, read_file, nullptr, &files});
     parser.SetImageLoader(keep_image, nullptr);
@@ -479,7 +483,7 @@ ng_result parse_bytes(const char *path, const unsigned char *data, size_t size, 
         return NG_ERROR_FORMAT;
     auto *model = new tinygltf::Model;
     doc->model = model;
-    NG_TRY(parse_model(path, data, size, max_file_size, model));
+    NG_TRY(parse_model(path, data, size, max_file_size, model, &doc->hash));
     Converter{&doc->arena}.document(*model, doc);
     return NG_OK;
 }

@@ -8,7 +8,6 @@
 #include "asset/image_internal.h"
 #include "asset/jpeg.h"
 #include "asset/png.h"
-#include "base/file.h"
 #include "base/log.h"
 
 #include <math.h>
@@ -148,17 +147,6 @@ ng_result ng_image_decode(const char *name, const void *data, size_t size,
     }
     ng_log_error("%s: not a PNG, JPEG, OpenEXR or Radiance HDR picture", name);
     return NG_ERROR_FORMAT;
-}
-
-ng_result ng_image_load(const char *path, const struct ng_image_params *params, struct ng_image *out)
-{
-    void *data;
-    size_t size;
-    *out = (struct ng_image){0};
-    NG_TRY(ng_file_read(path, params->max_memory ? params->max_memory : NG_IMAGE_MAX_MEMORY, &data, &size));
-    ng_result r = ng_image_decode(path, data, size, params, out);
-    free(data);
-    return r;
 }
 
 // ---- mip maps

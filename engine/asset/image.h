@@ -17,8 +17,6 @@ struct ng_image_params {
 // `name` is for messages. EXR and HDR give NG_PIXEL_RGBA32F, PNG and JPEG 8 bits a channel.
 NG_NODISCARD ng_result ng_image_decode(const char *name, const void *data, size_t size,
                                        const struct ng_image_params *params, struct ng_image *out);
-NG_NODISCARD ng_result ng_image_load(const char *path, const struct ng_image_params *params,
-                                     struct ng_image *out);
 void ng_image_finish(struct ng_image *image); // frees the pixels, zeroes the struct
 
 // Pixel (0, 0) of a level; its size in pixels through w and h (either may be null).

@@ -22,7 +22,7 @@ struct lf_dataset_params {
     const char *directory; // made if missing
     const char *program;   // version
     const char *scene;     // name of its file
-    uint64_t scene_hash;   // of the file's bytes
+    uint64_t scene_hash;   // of its files' bytes (asset/gltf.h)
     const char *camera;    // name; null: the first
     double time;           // where time does not vary, seconds
     uint64_t seed;         // of the first sample

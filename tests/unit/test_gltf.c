@@ -2,6 +2,8 @@
 
 #include "asset/assets.h"
 #include "asset/gltf.h"
+#include "asset/png.h"
+#include "base/file.h"
 #include "components/animation.h"
 #include "components/camera.h"
 #include "components/components.h"
@@ -286,6 +288,69 @@ static void test_several_files(void **state)
     finish(&l);
 }
 
+// ---- the hash --------------------------------------------------------------------------------------------
+static void write_file(const char *name, const void *data, size_t size)
+{
+    char path[512];
+    test_path(path, sizeof path, name);
+    assert_int_equal(ng_file_write(path, data, size), NG_OK);
+}
+
+static void write_pixel(const char *name, unsigned char grey)
+{
+    char path[512];
+    test_path(path, sizeof path, name);
+    const unsigned char rgba[4] = {grey, grey, grey, 255};
+    assert_int_equal(ng_png_write(path, &(struct ng_png_params){.width = 1, .height = 1, .pixels = rgba}),
+                     NG_OK);
+}
+
+static uint64_t hash_of(const char *name)
+{
+    char path[512];
+    struct loaded l;
+    test_path(path, sizeof path, name);
+    assert_int_equal(load(&l, path), NG_OK);
+    uint64_t hash = l.scene.hash;
+    finish(&l);
+    return hash;
+}
+
+// A scene is all of its files: document, buffers, textures, what a component names.
+static void test_the_hash_is_of_all_files(void **state)
+{
+    NG_UNUSED(state);
+    static const char text[] =
+        "{\"asset\": {\"version\": \"2.0\"}, \"buffers\": [{\"uri\": \"a.bin\", \"byteLength\": 4}],"
+        " \"images\": [{\"uri\": \"texture.png\"}], \"textures\": [{\"source\": 0}],"
+        " \"materials\": [{\"normalTexture\": {\"index\": 0}}],"
+        " \"nodes\": [{\"extensions\": {\"NG_scene\": {\"components\":"
+        " {\"light_rectangle\": {\"texture\": {\"uri\": \"lamp.png\"}}}}}}]}";
+    write_file("a.gltf", text, sizeof text - 1);
+    write_file("a.bin", "1234", 4);
+    write_pixel("texture.png", 1);
+    write_pixel("lamp.png", 2);
+    uint64_t hash = hash_of("a.gltf");
+    assert_true(hash == hash_of("a.gltf"));
+    write_file("a.bin", "1235", 4);
+    assert_true(hash != hash_of("a.gltf"));
+    write_file("a.bin", "1234", 4);
+    write_pixel("texture.png", 3);
+    assert_true(hash != hash_of("a.gltf"));
+    write_pixel("texture.png", 1);
+    write_pixel("lamp.png", 3);
+    assert_true(hash != hash_of("a.gltf"));
+    write_pixel("lamp.png", 2);
+    assert_true(hash == hash_of("a.gltf"));
+    write_file("b.gltf", text, sizeof text - 1);
+    assert_true(hash == hash_of("b.gltf")); // whatever the file is called
+    char spaced[sizeof text];
+    memcpy(spaced, text, sizeof text);
+    spaced[sizeof text - 1] = ' ';
+    write_file("a.gltf", spaced, sizeof spaced);
+    assert_true(hash != hash_of("a.gltf"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -299,6 +364,7 @@ int main(void)
         cmocka_unit_test(test_cage),
         cmocka_unit_test(test_defaults),
         cmocka_unit_test(test_several_files),
+        cmocka_unit_test(test_the_hash_is_of_all_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

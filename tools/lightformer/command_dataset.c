@@ -112,6 +112,7 @@ static ng_result make(const struct dataset *d, struct ng_stage *stage)
                                        .directory = d->output,
                                        .program = NG_VERSION,
                                        .scene = ng_path_name(d->scene),
+                                       .scene_hash = stage->scene.hash,
                                        .camera = d->camera,
                                        .time = d->time,
                                        .seed = d->seed,
@@ -124,7 +125,6 @@ static ng_result make(const struct dataset *d, struct ng_stage *stage)
                                        .vpls = d->vpls,
                                        .progress = show_progress,
                                        .user = &progress};
-    NG_TRY(output_hash_scene(d->scene, &params.scene_hash));
     progress_begin(&progress, "sample", d->count);
     ng_result result = lf_dataset_make(&params, &report);
     progress_end(&progress);

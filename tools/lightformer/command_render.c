@@ -178,11 +178,10 @@ static const struct cli_option options[] = {
 struct job {
     const struct render *render;
     struct ng_stage *stage;
-    struct render_reference *reference; // null for the renderer's methods
-    struct lf_scene_sampler *sampler;   // null without --variation
-    double time;                        // of a single picture
-    uint32_t samples;                   // of the last picture
-    uint64_t scene_hash;
+    struct render_reference *reference;    // null for the renderer's methods
+    struct lf_scene_sampler *sampler;      // null without --variation
+    double time;                           // of a single picture
+    uint32_t samples;                      // of the last picture
     const char *layers[OUTPUT_MAX_LAYERS]; // of an EXR: beauty and what --aov names
     uint32_t layer_count;
     const char *wanted[OUTPUT_MAX_LAYERS + 1]; // the same and "display", as far as outputs need them
@@ -327,7 +326,7 @@ static ng_result write_output(const struct job *job, const char *path, const str
         ng_log_error("%s: the scene's or camera's name is too long for the picture's metadata", path);
         return NG_ERROR_UNSUPPORTED;
     }
-    struct output_origin origin = {command, job->scene_hash};
+    struct output_origin origin = {command, job->stage->scene.hash};
     NG_TRY(output_write(path, picture, &origin));
     puts(path);
     return NG_OK;
@@ -403,7 +402,7 @@ static ng_result begin_motion(struct job *job)
 static uint64_t hash_picture(const struct job *job)
 {
     const struct render *r = job->render;
-    uint64_t hash = ng_hash_bytes(job->scene_hash, &job->time, sizeof job->time);
+    uint64_t hash = ng_hash_bytes(job->stage->scene.hash, &job->time, sizeof job->time);
     if (r->variation.given)
         hash = ng_hash_combine(hash, r->variation.first);
     return r->camera ? ng_hash_combine(hash, ng_hash_string(r->camera)) : hash;
@@ -453,7 +452,6 @@ static ng_result render(struct job *job)
     struct ng_stage_params params = {
         .scene = r->scene, .device = r->device, .threads = r->threads, .no_device = is_reference(r)};
     NG_TRY(ng_stage_create(&params, &job->stage));
-    NG_TRY(output_hash_scene(r->scene, &job->scene_hash));
     NG_TRY(vary(job));
     if (is_reference(r))
         NG_TRY(open_reference(job));

@@ -3,7 +3,6 @@
 #include "asset/exr.h"
 #include "asset/png.h"
 #include "base/file.h"
-#include "base/hash.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -112,14 +111,4 @@ ng_result output_write(const char *path, const struct output_picture *picture,
     struct texts t;
     describe(origin, &t);
     return is_exr(path) ? write_exr(path, picture, &t) : write_png(path, picture, &t);
-}
-
-ng_result output_hash_scene(const char *path, uint64_t *out)
-{
-    void *data;
-    size_t size;
-    NG_TRY(ng_file_read(path, 0, &data, &size));
-    *out = ng_hash_bytes(0, data, size);
-    free(data);
-    return NG_OK;
 }

@@ -29,7 +29,7 @@ struct output_picture {
 // What a picture follows from: no more and no less than this goes into its metadata.
 struct output_origin {
     const char *command; // canonical (options.h)
-    uint64_t scene_hash; // of the scene file's bytes
+    uint64_t scene_hash; // of the bytes of the scene's files (asset/gltf.h)
 };
 
 // True if the name ends in a format that output_write knows: .exr or .png.
@@ -41,8 +41,5 @@ bool output_numbered(const char *path, uint32_t frame, char *out, size_t size);
 
 NG_NODISCARD ng_result output_write(const char *path, const struct output_picture *picture,
                                     const struct output_origin *origin);
-
-// The scene_hash of an origin.
-NG_NODISCARD ng_result output_hash_scene(const char *path, uint64_t *out);
 
 #endif
