@@ -1,10 +1,10 @@
 // How much of one light reaches each pixel: soft shadows from its depth maps.
 //
-// Percentage-closer soft shadows (Fernando 2005): the mean distance of blockers tells how wide the penumbra is, and the
-// light is filtered over that width. Samples lie on the emitter: the one at offset o, seen past a blocker at distance b
-// of D, is looked up at receiver + o (D - b) / b. So an emitter that is flat shadows like a flat one. What the map holds
-// is compared with the distance to the receiver's tangent plane along the texel's own ray, which needs no slope bias;
-// where that plane runs on behind a corner, the receiver's own distance is the limit: the next wall is no blocker.
+// Percentage-closer soft shadows (Fernando 2005): the distance of blockers tells how wide the penumbra is, and the light
+// is filtered over that width. Samples lie on the emitter: the one at offset o, seen past a blocker at distance b of D,
+// is looked up at receiver + o (D - b) / b. So an emitter that is flat shadows like a flat one; and what is found outside
+// of the cone from the receiver to the emitter, the next wall of a corner say, is no blocker. What the map holds is
+// compared with the distance to the receiver's tangent plane along the texel's own ray, which needs no slope bias.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -23,6 +23,7 @@ layout(location = 0) out float out_visibility;
 
 const int BLOCKER_SAMPLES = 16;
 const int FILTER_SAMPLES = 24;
+const float CONE_SLACK = 2.0; // the cone is wider by this factor: blockers are not where the mean of them is
 
 // The receiver, in the light's frame.
 struct receiver {
@@ -30,6 +31,7 @@ struct receiver {
     float plane; // dot(position, normal)
     float distance; // from the eye of the map, along its rays
     float bias;
+    bool faces_light; // else only the light's rim reaches it, if its own front does not hide it
 };
 
 vec3 to_light_frame(vec3 v)
@@ -57,7 +59,7 @@ float blocker_in_cube(vec3 p, receiver r)
     xy = ((at + 0.5) / light.face_size * 2 - 1) * light.tangent;
     vec3 ray = vec3(side, side * xy.x, -xy.y);
     float slope = dot(n, ray), scale = length(ray);
-    float expected = abs(slope) > 1e-4 ? r.plane / slope * scale : r.distance;
+    float expected = r.faces_light && abs(slope) > 1e-4 ? r.plane / slope * scale : r.distance;
     float found = depth > 0 ? light.depth_range / depth * scale : 1e30;
     return found < min(expected, r.distance) - r.bias ? found : 0;
 }
@@ -73,7 +75,7 @@ float blocker_in_windows(vec3 p, receiver r)
         float depth = texelFetch(depth_map, ivec3(at, i), 0).r;
         xy = ((at + 0.5) / light.face_size * 2 - 1) * w.z;
         vec2 start = vec2(w.x + xy.x, w.y - xy.y);
-        float expected = abs(r.normal.x) > 1e-4
+        float expected = r.faces_light && abs(r.normal.x) > 1e-4
                              ? (r.plane - dot(start, r.normal.yz)) / r.normal.x - w.w
                              : r.distance;
         float found = depth > 0 ? (1 - depth) * light.depth_range : 1e30;
@@ -102,6 +104,13 @@ vec2 first_turn(vec2 pixel)
     return vec2(cos(angle), sin(angle));
 }
 
+// How far from the receiver, measured in the map at its distance, a blocker at distance b hides a part of the light.
+float reach(float b, receiver r)
+{
+    float gap = max(r.distance - b, 0);
+    return light.soft_radius * (light.window_count != 0 ? gap : gap / b);
+}
+
 float visibility(receiver r, float texel)
 {
     bool infinite = light.window_count != 0;
@@ -111,26 +120,29 @@ float visibility(receiver r, float texel)
     vec2 start = first_turn(gl_FragCoord.xy), turn = start;
 
     float search = light.soft_radius * (infinite ? r.distance * 0.25 : 1.0);
-    float count = 0, sum = 0;
+    float count = 0, nearest = 0;
     for (int i = 0; i < BLOCKER_SAMPLES; i++, turn = next_turn(turn)) {
-        vec2 d = turn * ((float(i) + 0.5) / float(BLOCKER_SAMPLES)); // dense within: near blockers are seen there
-        vec3 o = side * d.x + up * d.y;
+        float radius = (float(i) + 0.5) / float(BLOCKER_SAMPLES); // dense within: near blockers are seen there
+        vec3 o = (side * turn.x + up * turn.y) * radius;
         vec3 soft = o - light.soft_normal * dot(light.soft_normal, o);
         float b = blocker(r.position + soft * search + o * texel, r);
-        count += b > 0 ? 1.0 : 0.0;
-        sum += b;
+        if (b > 0 && radius * search <= CONE_SLACK * reach(b, r) + texel) {
+            count += 1;
+            nearest = max(nearest, b);
+        }
     }
-    if (count == 0 || count == float(BLOCKER_SAMPLES))
-        return count == 0 ? 1 : 0;
-    float distance = sum / count, gap = max(r.distance - distance, 0);
-    float width = light.soft_radius * (infinite ? gap : min(gap / distance, 1.0));
+    if (count == 0)
+        return 1;
+    // The blocker nearest to the receiver decides: a mean would let light into the umbra at the foot of things.
+    float width = min(reach(nearest, r), search);
     float open = 0;
     turn = start;
     for (int i = 0; i < FILTER_SAMPLES; i++, turn = next_turn(turn)) {
-        vec2 d = turn * sqrt((float(i) + 0.5) / float(FILTER_SAMPLES));
-        vec3 o = side * d.x + up * d.y;
+        float radius = sqrt((float(i) + 0.5) / float(FILTER_SAMPLES));
+        vec3 o = (side * turn.x + up * turn.y) * radius;
         vec3 soft = o - light.soft_normal * dot(light.soft_normal, o);
-        open += blocker(r.position + soft * width + o * texel, r) > 0 ? 0.0 : 1.0;
+        float b = blocker(r.position + soft * width + o * texel, r);
+        open += b > 0 && radius * width <= CONE_SLACK * reach(b, r) + texel ? 0.0 : 1.0;
     }
     return open / float(FILTER_SAMPLES);
 }
@@ -147,9 +159,7 @@ void main()
     r.normal = to_light_frame(flat_normal(texelFetch(diffuse_map, at, 0).w, texelFetch(specular_map, at, 0).w));
     r.plane = dot(r.position, r.normal);
     bool infinite = light.window_count != 0;
-    // Behind the light's plane or turned away: direct.frag finds that it gets nothing.
-    if (infinite ? r.normal.x >= 0 : r.plane >= 0)
-        return;
+    r.faces_light = infinite ? r.normal.x < 0 : r.plane < 0;
     r.distance = infinite ? r.position.x - light.windows[0].w : length(r.position);
     float texel = infinite ? 2 * light.windows[0].z / light.face_size
                            : 2 * light.tangent * r.distance / light.face_size;
