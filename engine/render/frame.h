@@ -13,6 +13,7 @@
 
 #include "graph/provider.h"
 #include "render/snapshot.h"
+#include "shaders/shared/scene.h"
 
 struct ng_scene_gpu;
 

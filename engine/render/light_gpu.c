@@ -7,6 +7,7 @@
 
 #define NEAR_SHARE 1e-3f // near plane of perspective views, in scene radii
 #define CASCADES   4
+#define SLICE_NEAR 0.05f // metres: nothing nearer to the camera deserves a cascade of its own
 
 static void copy3(float to[3], const float from[3])
 {
@@ -163,7 +164,7 @@ static void cascade_views(const struct ng_snapshot *s, const struct ng_light_pro
                           struct ng_light_view_data *views)
 {
     const struct ng_snapshot_camera *c = &s->camera;
-    float near_plane = fmaxf(c->near_plane, 0.05f), far = 2 * s->scene_radius,
+    float near_plane = fmaxf(c->near_plane, SLICE_NEAR), far = 2 * s->scene_radius,
           tangent = tanf(c->fov_y * 0.5f);
     float corner = tangent * sqrtf(1 + aspect * aspect);
     for (int i = 0; i < CASCADES; i++) {

@@ -29,6 +29,7 @@ const struct ng_item_type ng_light_maps_item = {"light maps", sizeof(struct ng_l
 // What is remembered of a light from frame to frame.
 struct memory {
     ng_entity entity;
+    const struct ng_light_type *type;  // an entity may have lights of several types
     uint64_t depth_seen, surface_seen; // hashes of what the maps show
     uint64_t last_frame;
 };
@@ -213,26 +214,34 @@ uint32_t ng_light_maps_face_size(uint64_t budget, uint32_t faces)
     return size;
 }
 
+static bool name_is_taken(const struct ng_light_maps_provider *self, size_t count, const char *name)
+{
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(self->lights.items[i].name, name) == 0)
+            return true;
+    return false;
+}
+
 // Names of lights are people's; passes and images need unique ones.
-static void name_light(struct ng_light_maps_provider *self, size_t index, const char *wanted,
-                       ng_entity entity)
+static void name_light(struct ng_light_maps_provider *self, size_t index, const char *wanted)
 {
     char *name = self->lights.items[index].name;
     size_t room = sizeof self->lights.items[index].name;
-    snprintf(name, room, "%s", wanted[0] ? wanted : "light");
-    for (size_t i = 0; i < index; i++)
-        if (strcmp(self->lights.items[i].name, name) == 0) {
-            snprintf(name, room, "%s#%u", wanted[0] ? wanted : "light", ng_entity_index(entity));
-            return;
-        }
+    if (!wanted[0])
+        wanted = "light";
+    snprintf(name, room, "%s", wanted);
+    for (size_t n = 2; name_is_taken(self, index, name); n++)
+        snprintf(name, room, "%s#%zu", wanted, n);
 }
 
-static struct memory *remember(struct ng_light_maps_provider *self, ng_entity entity)
+static struct memory *remember(struct ng_light_maps_provider *self, const struct ng_snapshot_light *light)
 {
-    for (size_t i = 0; i < self->memory.count; i++)
-        if (ng_entity_same(self->memory.items[i].entity, entity))
-            return &self->memory.items[i];
-    if (!ng_array_push(&self->memory, (struct memory){.entity = entity}))
+    for (size_t i = 0; i < self->memory.count; i++) {
+        struct memory *m = &self->memory.items[i];
+        if (ng_entity_same(m->entity, light->entity) && m->type == light->source.type)
+            return m;
+    }
+    if (!ng_array_push(&self->memory, (struct memory){.entity = light->entity, .type = light->source.type}))
         return NULL;
     return &self->memory.items[self->memory.count - 1];
 }
@@ -370,7 +379,7 @@ static ng_result observe_lights(struct ng_light_maps_provider *self, const struc
                              &o->gpu);
         if (!o->gpu.depth_view_count || !o->gpu.data.vpl_count)
             continue;
-        name_light(self, count, s->lights[i].name, s->lights[i].entity);
+        name_light(self, count, s->lights[i].name);
         faces += o->gpu.depth_view_count;
         count++;
     }
@@ -398,7 +407,7 @@ static ng_result produce(struct ng_composer *composer, void *user)
     NG_TRY(observe_lights(self, data.frame));
     for (size_t i = 0; i < self->lights.count; i++) {
         data.light = &self->lights.items[i];
-        struct memory *memory = remember(self, data.frame->snapshot->lights[data.light->maps.light].entity);
+        struct memory *memory = remember(self, &data.frame->snapshot->lights[data.light->maps.light]);
         if (!memory)
             return NG_ERROR_MEMORY;
         NG_TRY(ng_light_gpu_record(self->params.gpu, &data.light->gpu));

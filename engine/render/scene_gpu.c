@@ -432,22 +432,28 @@ static void expand(const float rows[12], mat4 out)
             out[column][row] = rows[row * 4 + column];
 }
 
-// World now to world in the last frame, of a rigid instance. Where a placement cannot be inverted nothing is
-// seen.
+// World now to world in the last frame, of a rigid instance. One that is flattened to a plane or less cannot
+// tell where it came from; it counts as at rest.
 static void to_previous(const struct ng_snapshot_instance *i, float rows[12])
 {
-    mat4 now, before;
+    mat4 now, before, m;
     expand(i->matrix, now);
-    if (memcmp(i->matrix, i->previous_matrix, sizeof i->matrix) == 0) {
-        glm_mat4_identity(now);
+    expand(i->previous_matrix, before);
+    float size = glm_vec3_norm(now[0]) * glm_vec3_norm(now[1]) * glm_vec3_norm(now[2]);
+    if (fabsf(glm_mat4_det(now)) > 1e-6f * size) {
+        glm_mat4_inv(now, m);
+        glm_mat4_mul(before, m, m);
     } else {
-        expand(i->previous_matrix, before);
-        glm_mat4_inv(now, now);
-        glm_mat4_mul(before, now, now);
+        glm_mat4_identity(m);
     }
+    bool at_rest = true;
+    for (int k = 0; k < 12; k++)
+        at_rest = at_rest && i->matrix[k] >= i->previous_matrix[k] && i->matrix[k] <= i->previous_matrix[k];
+    if (at_rest) // exactly, not within rounding
+        glm_mat4_identity(m);
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 4; column++)
-            rows[row * 4 + column] = now[column][row];
+            rows[row * 4 + column] = m[column][row];
 }
 
 static struct ng_instance_data instance_data(const struct ng_snapshot_instance *i)

@@ -54,6 +54,9 @@ void main()
     vec3 flat_normal = normalize(cross(dFdx(position), dFdy(position)));
     if (dot(flat_normal, view.position - position) < 0)
         flat_normal = -flat_normal;
+    // Slivers seen edge-on have no usable derivatives.
+    if (!(dot(flat_normal, s.normal) > 0.1))
+        flat_normal = s.normal;
     vec2 o = octahedral(flat_normal);
     out_position = vec4(position, 1);
     out_normal = vec4(s.normal, s.roughness);

@@ -16,8 +16,6 @@ layout(location = 2) out vec4 out_flux;     // W, reflected
 
 #include "light.glsl"
 
-const float MAP_SIZE = 64.0;
-
 // Solid angle of the rectangle from (0, 0) to (x, y) on the plane z = 1.
 float corner_angle(float x, float y)
 {
@@ -36,8 +34,8 @@ void main()
     ng_material_data m = materials[instance.material];
     surface s = surface_load(m, instance.flags);
     ng_light_view_data v = views[in_layer];
-    vec2 xy = (gl_FragCoord.xy / MAP_SIZE * 2 - 1) * v.tangent;
-    float half_size = v.tangent / MAP_SIZE;
+    vec2 xy = (gl_FragCoord.xy / float(NG_RSM_SIZE) * 2 - 1) * v.tangent;
+    float half_size = v.tangent / float(NG_RSM_SIZE);
     vec3 direction;
     vec3 power;
     if (light.window_count != 0) {

@@ -257,6 +257,17 @@ static void motion_is_now_minus_before_in_pixels(void **state)
     assert_near(m[1], 0.15f / 3 * SIZE / 2, 1e-3f);
 }
 
+static void a_flattened_instance_has_finite_motion(void **state)
+{
+    struct stage *s = *state;
+    float *m = s->instances[4].matrix; // the back wall, its normal's axis scaled to nothing
+    m[2] = m[6] = m[10] = 0;
+    s->instances[4].previous_matrix[3] = -0.3f;
+    draw(s);
+    for (uint32_t i = 0; i < SIZE * SIZE; i++)
+        assert_true(isfinite(texel(s, "motion", i % SIZE, i / SIZE)[0]));
+}
+
 // Diffuse and specular light of a point source at a back-wall pixel, from the shared BRDF.
 static float point_radiance(const float light[3], float intensity, float px, float py, float pz,
                             const float eye[3])
@@ -355,6 +366,22 @@ static void what_moves_takes_its_shadow_along(void **state)
                 assert_near(texel(s, "shadow", px, SIZE / 2)[0], distance < 0.5f ? 0.0f : 1.0f, 0);
         }
     }
+}
+
+// A wide lamp in an empty room: nothing is in its way, whatever the corners suggest to a filter.
+static void corners_are_no_occluders(void **state)
+{
+    struct stage *s = *state;
+    const struct ng_light_rectangle r = {
+        .on = true, .color = {1, 1, 1}, .radiance = 10, .size = {1.5f, 1.5f}};
+    const float below_ceiling[16] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 1.9f, 0, 1}; // emits downwards
+    add_light(s, NG_LIGHT_RECTANGLE, &r, sizeof r, below_ceiling);
+    draw(s);
+    for (uint32_t py = 0; py < SIZE; py++)
+        for (uint32_t px = 0; px < SIZE; px++)
+            if (texel(s, "position", px, py)[1] <
+                1.5f) // next to the lamp a map from its centre sees too little
+                assert_near(texel(s, "shadow", px, py)[0], 1, 0.02f);
 }
 
 static void an_area_light_has_a_penumbra(void **state)
@@ -483,6 +510,10 @@ static void lights_add_up_and_names_may_clash(void **state)
     add_point(s, 0.5f, 0, 0, 7); // the same name again
     draw(s);
     assert_near(texel(s, "direct", 30, 30)[0], 2 * one, one * 1e-5f);
+    uint64_t runs = runs_of(s, "rsm:lamp#2/depth");
+    assert_int_equal(runs, 1);
+    draw(s); // each keeps maps of its own
+    assert_int_equal(runs_of(s, "rsm:lamp#2/depth"), runs);
     s->snapshot.light_count = 0;
     ng_light_finish(&s->lights[0].source);
     ng_light_finish(&s->lights[1].source);
@@ -666,9 +697,11 @@ int main(void)
         T(gbuffer_holds_the_surface_at_the_pixel_centre),
         T(picking_names_the_entity),
         T(motion_is_now_minus_before_in_pixels),
+        T(a_flattened_instance_has_finite_motion),
         T(a_point_light_obeys_the_inverse_square_and_the_brdf),
         T(an_occluder_casts_the_shadow_that_geometry_says),
         T(what_moves_takes_its_shadow_along),
+        T(corners_are_no_occluders),
         T(an_area_light_has_a_penumbra),
         T(the_rsm_reflects_the_power_of_the_light),
         T(light_maps_are_redrawn_only_when_what_they_show_changes),

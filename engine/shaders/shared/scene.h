@@ -4,6 +4,9 @@
 
 #include "types.h"
 
+// Side of the small maps (position, normal, flux) of a light, texels.
+#define NG_RSM_SIZE 64
+
 // The camera of a frame.
 struct ng_view_data {
     NG_MAT4(view_projection);          // world to clip, reverse-Z, infinite far
