@@ -6,6 +6,7 @@
 #include "asset/assets.h"
 #include "base/jobs.h"
 #include "base/log.h"
+#include "base/system.h"
 #include "components/components.h"
 #include "gpu/frame.h"
 #include "gpu/swapchain.h"
@@ -108,7 +109,9 @@ void ng_stage_destroy(struct ng_stage **stage)
 static ng_result move_to(struct ng_stage *stage, double time, const char *camera, bool still)
 {
     struct ng_stage_internal *internal = stage->internal;
+    uint64_t start_ns = ng_clock_ns();
     NG_TRY(ng_world_run(stage->world, time));
+    uint64_t extract_ns = ng_clock_ns();
     struct ng_extract_params params = {
         .world = stage->world,
         .assets = stage->assets,
@@ -119,6 +122,8 @@ static ng_result move_to(struct ng_stage *stage, double time, const char *camera
     };
     NG_TRY(ng_extract(internal->extractor, &params, &stage->snapshot));
     internal->drawn = true;
+    stage->world_ms = (double)(extract_ns - start_ns) * 1e-6;
+    stage->extract_ms = (double)(ng_clock_ns() - extract_ns) * 1e-6;
     return NG_OK;
 }
 

@@ -37,6 +37,7 @@ struct ng_stage {
     struct ng_gltf_scene scene;
     struct ng_renderer *renderer;
     const struct ng_snapshot *snapshot; // of the last frame
+    double world_ms, extract_ms;        // of the last frame: systems (animation, ...); skinning and the rest
     struct ng_stage_internal *internal;
 };
 

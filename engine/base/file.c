@@ -1,9 +1,10 @@
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700 // realpath
 #include "base/file.h"
 #include "base/log.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -81,12 +82,28 @@ static bool write_all(int fd, const unsigned char *p, size_t size)
         p += n;
         size -= (size_t)n;
     }
-    return fsync(fd) == 0;
+    return true;
 }
 
-ng_result ng_file_write(const char *path, const void *data, size_t size)
+// Devices, pipes and the like are not replaced by a file: they are written to.
+static ng_result write_in_place(const char *path, const void *data, size_t size)
 {
-    char temporary[4096];
+    int fd = open(path, O_WRONLY | O_CLOEXEC);
+    if (fd < 0)
+        return io_error("write", path);
+    bool ok = write_all(fd, data, size);
+    int e = errno;
+    if (close(fd) != 0 && ok) {
+        e = errno;
+        ok = false;
+    }
+    errno = e;
+    return ok ? NG_OK : io_error("write", path);
+}
+
+static ng_result replace(const char *path, const void *data, size_t size)
+{
+    char temporary[PATH_MAX];
     int n = snprintf(temporary, sizeof temporary, "%s.tmp-%ld", path, (long)getpid());
     if (n < 0 || (size_t)n >= sizeof temporary) {
         ng_log_error("%.200s...: path is too long", path);
@@ -95,7 +112,7 @@ ng_result ng_file_write(const char *path, const void *data, size_t size)
     int fd = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (fd < 0)
         return io_error("write", path);
-    bool ok = write_all(fd, data, size);
+    bool ok = write_all(fd, data, size) && fsync(fd) == 0;
     int e = errno;
     if (close(fd) != 0 && ok) {
         e = errno;
@@ -111,6 +128,22 @@ ng_result ng_file_write(const char *path, const void *data, size_t size)
         return io_error("write", path);
     }
     return NG_OK;
+}
+
+ng_result ng_file_write(const char *path, const void *data, size_t size)
+{
+    struct stat st;
+    if (stat(path, &st) != 0)
+        return replace(path, data, size);
+    if (!S_ISREG(st.st_mode))
+        return write_in_place(path, data, size);
+    // A link stays a link: what it points to is replaced.
+    char *target = realpath(path, NULL);
+    if (!target)
+        return io_error("write", path);
+    ng_result r = replace(target, data, size);
+    free(target);
+    return r;
 }
 
 bool ng_file_exists(const char *path)

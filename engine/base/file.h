@@ -13,7 +13,7 @@
 NG_NODISCARD ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *size);
 
 // Writes to "path.tmp-PID", flushes to disk and renames: readers see the old file or the new one, never a
-// part.
+// part. A symbolic link stays one, its target is replaced; devices and pipes are written to as they are.
 NG_NODISCARD ng_result ng_file_write(const char *path, const void *data, size_t size);
 
 bool ng_file_exists(const char *path);

@@ -27,9 +27,10 @@ ng_result ng_display_create(struct ng_gpu *gpu, struct ng_display **out)
         {.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
         {.binding = 1, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
     };
+    *out = NULL;
     struct ng_display *self = calloc(1, sizeof *self);
     if (!self)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the display");
     self->gpu = gpu;
     ng_result r = ng_fullscreen_create(
         gpu,

@@ -1,6 +1,7 @@
 // The passes "gbuffer" and "background".
 #include "render/gbuffer.h"
 
+#include "base/log.h"
 #include "components/light_environment.h"
 #include "render/frame.h"
 #include "render/passes_internal.h"
@@ -93,9 +94,10 @@ static ng_result make_background_pipeline(struct ng_gpu *gpu, struct ng_gpu_pipe
 
 ng_result ng_gbuffer_create(struct ng_gpu *gpu, struct ng_gbuffer_provider **out)
 {
+    *out = NULL;
     struct ng_gbuffer_provider *g = calloc(1, sizeof *g);
     if (!g)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the G-buffer");
     g->gpu = gpu;
     ng_result r = make_scene_pipeline(gpu, false, &g->plain);
     if (r == NG_OK)

@@ -196,7 +196,7 @@ ng_result ng_renderer_layer(struct ng_renderer *r, const char *name, struct ng_l
     float *pixels =
         ng_renderer_scratch(r, l->info.name, (size_t)out->width * out->height * channels * sizeof(float));
     if (!pixels)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("a layer of the picture");
     out->pixels = pixels;
     for (uint32_t y = 0; y < out->height; y++)
         for (uint32_t x = 0; x < out->width; x++, pixels += channels) {

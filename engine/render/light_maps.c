@@ -108,9 +108,10 @@ static ng_result make_surface(struct ng_gpu *gpu, bool textured, struct ng_gpu_p
 
 ng_result ng_light_maps_create(const struct ng_light_maps_params *params, struct ng_light_maps_provider **out)
 {
+    *out = NULL;
     struct ng_light_maps_provider *self = calloc(1, sizeof *self);
     if (!self)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the lights of a frame");
     self->params = *params;
     if (!self->params.depth_budget)
         self->params.depth_budget = (uint64_t)192 << 20;
@@ -370,7 +371,7 @@ static ng_result observe_lights(struct ng_light_maps_provider *self, const struc
     uint32_t faces = 0;
     size_t count = 0;
     if (!ng_array_resize(&self->lights, s->light_count))
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the lights of a frame");
     for (uint32_t i = 0; i < s->light_count; i++) {
         if (!(s->lights[i].power > 0))
             continue;
@@ -409,7 +410,7 @@ static ng_result produce(struct ng_composer *composer, void *user)
         data.light = &self->lights.items[i];
         struct memory *memory = remember(self, &data.frame->snapshot->lights[data.light->maps.light]);
         if (!memory)
-            return NG_ERROR_MEMORY;
+            return ng_out_of_memory("the lights of a frame");
         NG_TRY(ng_light_gpu_record(self->params.gpu, &data.light->gpu));
         declare_light(g, &data, memory);
         NG_TRY(ng_composer_publish(composer, &ng_light_maps_item, &data.light->maps));

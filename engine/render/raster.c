@@ -1,6 +1,7 @@
 // Two passes a light: "direct:<light>/visibility" finds how much of it each pixel sees,
 // "direct:<light>/radiance" adds it to the sums of unshadowed and shadowed direct light.
 #include "render/raster.h"
+#include "base/log.h"
 
 #include "render/frame.h"
 #include "render/light_gpu.h"
@@ -70,9 +71,10 @@ static ng_result make_direct(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
 
 ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out)
 {
+    *out = NULL;
     struct ng_raster *self = calloc(1, sizeof *self);
     if (!self)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the raster method");
     self->gpu = gpu;
     ng_result r = make_visibility(gpu, &self->visibility);
     if (r == NG_OK)

@@ -93,9 +93,10 @@ static ng_result create_parts(struct ng_renderer *r)
 ng_result ng_renderer_create(const struct ng_renderer_params *params, struct ng_renderer **out)
 {
     NG_REQUIRE(params && params->gpu, "a renderer needs a GPU");
+    *out = NULL;
     struct ng_renderer *r = calloc(1, sizeof *r);
     if (!r)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the renderer");
     r->params = *params;
     ng_result result = create_parts(r);
     if (result != NG_OK)
@@ -215,7 +216,7 @@ static ng_result remember_frame(struct ng_renderer *r, const struct ng_render_pa
         copy_name(r->layers[i], sizeof r->layers[i], p->layers[i]);
     r->camera = s->camera;
     if (!ng_array_resize(&r->entities, s->instance_count))
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the renderer");
     for (uint32_t i = 0; i < s->instance_count; i++)
         r->entities.items[i] = s->instances[i].entity;
     return NG_OK;

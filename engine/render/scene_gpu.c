@@ -6,6 +6,7 @@
 #include "asset/assets.h"
 #include "base/array.h"
 #include "base/hash.h"
+#include "base/log.h"
 #include "gpu/transfer.h"
 
 #include <cglm/cglm.h>
@@ -101,9 +102,10 @@ static ng_result make_texel(struct ng_scene_gpu *s, const char *name, uint32_t r
 
 ng_result ng_scene_gpu_create(struct ng_gpu *gpu, struct ng_scene_gpu **out)
 {
+    *out = NULL;
     struct ng_scene_gpu *s = calloc(1, sizeof *s);
     if (!s)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the scene on the GPU");
     s->gpu = gpu;
     ng_result r = make_texel(s, "white", 0xffffffffu, &s->white);
     if (r == NG_OK)
@@ -205,7 +207,7 @@ static ng_result update_mesh(struct ng_scene_gpu *s, uint32_t index)
         for (at = 0; at < s->meshes.count && s->meshes.items[at].key != m->key; at++)
             ;
         if (at == s->meshes.count && !ng_array_push(&s->meshes, (struct mesh_entry){.key = m->key}))
-            return NG_ERROR_MEMORY;
+            return ng_out_of_memory("the scene on the GPU");
         s->mesh_of.items[index] = at;
     }
     struct mesh_entry *e = &s->meshes.items[at];
@@ -258,7 +260,7 @@ static ng_result update_image(struct ng_scene_gpu *s, uint32_t index)
         for (at = 0; at < s->images.count && s->images.items[at].key != image->key; at++)
             ;
         if (at == s->images.count && !ng_array_push(&s->images, (struct image_entry){.key = image->key}))
-            return NG_ERROR_MEMORY;
+            return ng_out_of_memory("the scene on the GPU");
         s->image_of.items[index] = at;
     }
     struct image_entry *e = &s->images.items[at];
@@ -331,7 +333,7 @@ static ng_result group_of(struct ng_scene_gpu *s, const struct ng_snapshot_mater
     for (uint32_t i = 0; i < TEXTURES; i++)
         bindings[i] = ng_scene_gpu_image(s, images[i], i);
     if (!ng_array_reserve(&s->groups, s->groups.count + 1))
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the scene on the GPU");
     struct group_entry e = {.key = key, .last_used = s->frame};
     NG_TRY(ng_gpu_bind_group_create(s->gpu, "material", pipeline, 1, bindings, TEXTURES, &e.group));
     s->groups.items[s->groups.count++] = e;
@@ -520,7 +522,7 @@ ng_result ng_scene_gpu_update(struct ng_scene_gpu *s, const struct ng_snapshot *
     if (!ng_array_resize(&s->mesh_of, snapshot->mesh_count) ||
         !ng_array_resize(&s->image_of, snapshot->image_count) ||
         !ng_array_resize(&s->order, snapshot->instance_count))
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the scene on the GPU");
     for (uint32_t i = 0; i < snapshot->image_count; i++)
         NG_TRY(update_image(s, i));
     for (uint32_t i = 0; i < snapshot->mesh_count; i++)
@@ -646,7 +648,7 @@ static ng_result draw_run(struct draw_state *d, const struct run *r)
     bool textured = p->depth_only ? material->alpha_mask : is_textured(material) || mesh->dynamic;
     NG_TRY(set_pipeline(d, textured ? p->textured : p->plain));
     if (textured) {
-        const struct ng_gpu_bind_group *group;
+        const struct ng_gpu_bind_group *group = NULL;
         NG_TRY(group_of(s, material, d->pipeline, &group));
         if (group != d->group)
             ng_cmd_bind_group(d->cmd, d->pipeline, group);

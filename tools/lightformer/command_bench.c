@@ -76,7 +76,8 @@ struct pass {
 
 // The passes of a run and the time of its frames.
 struct measurement {
-    NG_ARRAY(struct pass) passes;
+    NG_ARRAY(struct pass) passes; // of the graph
+    struct pass world, extract;   // before it, on the CPU: systems; skinning, subdivision, the snapshot
     struct series frame_ms;
 };
 
@@ -87,6 +88,8 @@ static void finish_measurement(struct measurement *m)
         ng_array_finish(&m->passes.items[i].gpu_ms.values);
     }
     ng_array_finish(&m->passes);
+    ng_array_finish(&m->world.cpu_ms.values);
+    ng_array_finish(&m->extract.cpu_ms.values);
     ng_array_finish(&m->frame_ms.values);
 }
 
@@ -125,6 +128,13 @@ static bool sample_passes(struct measurement *m, struct ng_graph *graph, bool me
     return true;
 }
 
+static bool sample_cpu(struct pass *p, const char *name, double ms)
+{
+    snprintf(p->name, sizeof p->name, "%s", name);
+    p->runs++;
+    return ng_array_push(&p->cpu_ms.values, ms);
+}
+
 static ng_result measure_frame(const struct bench *b, struct ng_stage *stage, uint32_t n,
                                struct measurement *m)
 {
@@ -142,6 +152,8 @@ static ng_result measure_frame(const struct bench *b, struct ng_stage *stage, ui
     double frame_ms = (double)(ng_clock_ns() - start) * 1e-6;
     bool measuring = n >= WARM_UP_FRAMES;
     if (sample_passes(m, ng_renderer_graph(stage->renderer), measuring) &&
+        (!measuring || sample_cpu(&m->world, "world", stage->world_ms)) &&
+        (!measuring || sample_cpu(&m->extract, "extract", stage->extract_ms)) &&
         (!measuring || ng_array_push(&m->frame_ms.values, frame_ms)))
         return NG_OK;
     ng_log_error("%s: out of memory for measurements", b->scene);
@@ -159,12 +171,19 @@ static ng_result measure(const struct bench *b, struct ng_stage *stage, const ch
         result = measure_frame(b, stage, n, m);
     }
     progress_end(&progress);
+    return result;
+}
+
+// Sorts the series: what pairs frames comes before.
+static void take_medians(struct measurement *m)
+{
     for (size_t i = 0; i < m->passes.count; i++) {
         struct pass *p = &m->passes.items[i];
         p->median_cpu_ms = quantile(&p->cpu_ms, 0.5);
         p->median_gpu_ms = quantile(&p->gpu_ms, 0.5);
     }
-    return result;
+    m->world.median_cpu_ms = quantile(&m->world.cpu_ms, 0.5);
+    m->extract.median_cpu_ms = quantile(&m->extract.cpu_ms, 0.5);
 }
 
 // ---- Ratios
@@ -178,23 +197,39 @@ struct ratios {
     uint32_t count;
 };
 
-static void add_ratio(struct ratios *r, const char *name, double ms, const struct pass *bare)
+// The median over frames of (a + b) / bare: the three are measured within one frame, so that what else the
+// machine does touches them alike. `b` may be null.
+static bool add_ratio(struct ratios *r, const char *name, const struct pass *a, const struct pass *b,
+                      const struct pass *bare)
 {
-    if (!bare || !(bare->median_gpu_ms > 0) || r->count == MAX_RATIOS)
-        return;
-    struct ratio *ratio = &r->items[r->count++];
-    snprintf(ratio->name, sizeof ratio->name, "%s", name);
-    ratio->value = ms / bare->median_gpu_ms;
+    if (!a || !bare || r->count == MAX_RATIOS)
+        return true;
+    struct series paired = {0};
+    size_t n = a->gpu_ms.values.count < bare->gpu_ms.values.count ? a->gpu_ms.values.count
+                                                                  : bare->gpu_ms.values.count;
+    bool ok = true;
+    for (size_t i = 0; i < n && ok; i++) {
+        double ms = a->gpu_ms.values.items[i], reference = bare->gpu_ms.values.items[i];
+        if (b && i < b->gpu_ms.values.count)
+            ms += b->gpu_ms.values.items[i];
+        if (reference > 0)
+            ok = ng_array_push(&paired.values, ms / reference);
+    }
+    if (paired.values.count) {
+        struct ratio *ratio = &r->items[r->count++];
+        snprintf(ratio->name, sizeof ratio->name, "%s", name);
+        ratio->value = quantile(&paired, 0.5);
+    }
+    ng_array_finish(&paired.values);
+    return ok;
 }
 
 // Each pass that draws the scene to the pass that draws the depth of the same triangles alone: the G-buffer,
 // and of each light the two passes of its reflective shadow map.
-static void compute_ratios(const struct measurement *m, struct ratios *r)
+static bool compute_ratios(const struct measurement *m, struct ratios *r)
 {
-    const struct pass *gbuffer = find_pass(m, "gbuffer");
-    if (gbuffer)
-        add_ratio(r, "gbuffer", gbuffer->median_gpu_ms, find_pass(m, "bare:camera"));
-    for (size_t i = 0; i < m->passes.count; i++) {
+    bool ok = add_ratio(r, "gbuffer", find_pass(m, "gbuffer"), NULL, find_pass(m, "bare:camera"));
+    for (size_t i = 0; i < m->passes.count && ok; i++) {
         const struct pass *depth = &m->passes.items[i];
         char light[160], name[NAME_SIZE];
         int end = 0;
@@ -205,8 +240,9 @@ static void compute_ratios(const struct measurement *m, struct ratios *r)
         snprintf(name, sizeof name, "bare:%s/depth", light);
         const struct pass *bare = find_pass(m, name);
         snprintf(name, sizeof name, "rsm:%s", light);
-        add_ratio(r, name, depth->median_gpu_ms + (surface ? surface->median_gpu_ms : 0), bare);
+        ok = add_ratio(r, name, depth, surface, bare);
     }
+    return ok;
 }
 
 // ---- Printing
@@ -223,6 +259,12 @@ static uint64_t runs(const struct pass *p)
     return p->runs - p->runs_before;
 }
 
+static void print_pass(const struct pass *p)
+{
+    printf("%-40s %10.3f %10.3f %8llu\n", p->name, p->median_cpu_ms, p->median_gpu_ms,
+           (unsigned long long)runs(p));
+}
+
 static void print_report(const struct bench *b, const struct report *r)
 {
     printf("%s, %ux%u, %u frames on %s\n", ng_path_name(b->scene), b->size.width, b->size.height, b->frames,
@@ -230,14 +272,23 @@ static void print_report(const struct bench *b, const struct report *r)
     printf("frame: median %.2f ms, 95 %% below %.2f ms; memory %.0f MiB\n\n", r->frame_median_ms,
            r->frame_p95_ms, r->memory_mib);
     printf("%-40s %10s %10s %8s\n", "pass", "CPU ms", "GPU ms", "runs");
-    for (size_t i = 0; i < r->plain.passes.count; i++) {
-        const struct pass *p = &r->plain.passes.items[i];
-        printf("%-40s %10.3f %10.3f %8llu\n", p->name, p->median_cpu_ms, p->median_gpu_ms,
-               (unsigned long long)runs(p));
-    }
+    print_pass(&r->plain.world);
+    print_pass(&r->plain.extract);
+    for (size_t i = 0; i < r->plain.passes.count; i++)
+        print_pass(&r->plain.passes.items[i]);
     printf("\n%-40s %10s\n", "GPU time to depth alone", "ratio");
     for (uint32_t i = 0; i < r->ratios.count; i++)
         printf("%-40s %10.2f\n", r->ratios.items[i].name, r->ratios.items[i].value);
+}
+
+static void write_pass(struct json *j, const struct pass *p)
+{
+    json_object(j, NULL);
+    json_text(j, "name", p->name);
+    json_number(j, "cpu_ms", p->median_cpu_ms);
+    json_number(j, "gpu_ms", p->median_gpu_ms);
+    json_number(j, "runs", (double)runs(p));
+    json_end(j);
 }
 
 static void write_report(const struct bench *b, const struct report *r)
@@ -254,15 +305,10 @@ static void write_report(const struct bench *b, const struct report *r)
     json_number(&j, "p95", r->frame_p95_ms);
     json_end(&j);
     json_array(&j, "passes");
-    for (size_t i = 0; i < r->plain.passes.count; i++) {
-        const struct pass *p = &r->plain.passes.items[i];
-        json_object(&j, NULL);
-        json_text(&j, "name", p->name);
-        json_number(&j, "cpu_ms", p->median_cpu_ms);
-        json_number(&j, "gpu_ms", p->median_gpu_ms);
-        json_number(&j, "runs", (double)runs(p));
-        json_end(&j);
-    }
+    write_pass(&j, &r->plain.world);
+    write_pass(&j, &r->plain.extract);
+    for (size_t i = 0; i < r->plain.passes.count; i++)
+        write_pass(&j, &r->plain.passes.items[i]);
     json_end(&j);
     json_number(&j, "memory_mib", r->memory_mib);
     json_object(&j, "ratios");
@@ -281,6 +327,7 @@ static ng_result measure_plain(const struct bench *b, struct report *r)
     NG_TRY(ng_stage_create(&params, &stage));
     snprintf(r->device, sizeof r->device, "%s", stage->gpu->properties.deviceName);
     ng_result result = measure(b, stage, "frame", &r->plain);
+    take_medians(&r->plain);
     r->frame_median_ms = quantile(&r->plain.frame_ms, 0.5);
     r->frame_p95_ms = quantile(&r->plain.frame_ms, 0.95);
     r->memory_mib = (double)ng_system_peak_memory() / (1 << 20);
@@ -301,7 +348,8 @@ static ng_result measure_ratios(const struct bench *b, struct report *r)
     NG_TRY(ng_stage_create(&params, &stage));
     struct measurement m = {0};
     ng_result result = measure(b, stage, "comparison", &m);
-    compute_ratios(&m, &r->ratios);
+    if (!compute_ratios(&m, &r->ratios))
+        result = ng_out_of_memory("ratios");
     finish_measurement(&m);
     ng_stage_destroy(&stage);
     return result;

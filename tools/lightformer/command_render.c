@@ -337,11 +337,18 @@ static ng_result render_picture(struct job *job)
     const struct render *r = job->render;
     struct output_layer layers[OUTPUT_MAX_LAYERS];
     struct output_picture picture;
-    NG_TRY(draw(job, job->time));
-    NG_TRY(fetch(job, layers, &picture));
-    for (uint32_t i = 0; i < r->outputs.count; i++)
-        NG_TRY(write_output(job, r->outputs.items[i], &picture, r));
-    return NG_OK;
+    struct progress progress; // the reference shows a bar of its own while it draws
+    progress_begin(&progress, "step", 2 + r->outputs.count);
+    ng_result result = draw(job, job->time);
+    progress_update(&progress, 1);
+    if (result == NG_OK)
+        result = fetch(job, layers, &picture);
+    for (uint32_t i = 0; i < r->outputs.count && result == NG_OK; i++) {
+        progress_update(&progress, 2 + i);
+        result = write_output(job, r->outputs.items[i], &picture, r);
+    }
+    progress_end(&progress);
+    return result;
 }
 
 static ng_result write_numbered(const struct job *job, uint32_t number)

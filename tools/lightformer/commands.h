@@ -20,7 +20,7 @@
 #define CLI_THREADS(type_)                                                                                   \
     {                                                                                                        \
         .name = "--threads", .kind = CLI_COUNT, .offset = offsetof(type_, threads), .value = "N",            \
-        .fallback = "0", .max = 1024, .doc = "threads of the CPU; 0: one a processor"                        \
+        .fallback = "0", .max = 256, .doc = "threads of the CPU; 0: one a processor"                         \
     }
 #define CLI_DEVICE(type_)                                                                                    \
     {                                                                                                        \

@@ -38,6 +38,15 @@ static const struct cli_command *find_command(const char *name)
     return NULL;
 }
 
+// What could not be written was not said: a full disk behind standard output is a failure too.
+static int finish(int code)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return code;
+    fputs("lightformer: standard output could not be written\n", stderr);
+    return code == CLI_DONE ? CLI_FAILED : code;
+}
+
 int main(int argc, char **argv)
 {
     if (argc < 2) {
@@ -46,11 +55,11 @@ int main(int argc, char **argv)
     }
     if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
         print_overview(stdout);
-        return CLI_DONE;
+        return finish(CLI_DONE);
     }
     if (strcmp(argv[1], "--version") == 0) {
         puts("lightformer " NG_VERSION);
-        return CLI_DONE;
+        return finish(CLI_DONE);
     }
     const struct cli_command *command = find_command(argv[1]);
     if (!command)
@@ -60,10 +69,10 @@ int main(int argc, char **argv)
     assert(command->values_size <= sizeof values);
     switch (cli_parse(command, argc - 2, argv + 2, values, stderr)) {
     case CLI_RUN:
-        return command->run(values);
+        return finish(command->run(values));
     case CLI_HELP:
         cli_help(command, stdout);
-        return CLI_DONE;
+        return finish(CLI_DONE);
     case CLI_WRONG:
         break;
     }
