@@ -50,7 +50,7 @@ ng_result lf_manifest_put(struct lf_manifest *m, const struct lf_shard *shard)
 {
     size_t kept = 0, at = 0;
     if (!ng_array_reserve(&m->shards, m->shards.count + 1))
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the manifest of a data set");
     for (size_t i = 0; i < m->shards.count; i++)
         if (!overlap(&m->shards.items[i], shard))
             m->shards.items[kept++] = m->shards.items[i];
@@ -199,8 +199,10 @@ ng_result lf_manifest_write(const char *directory, const struct lf_manifest *m)
             i ? "," : "", ng_path_name(shard_path), s->first_seed, s->samples, s->hash);
     }
     put(&t, "\n  ]\n}\n");
-    ng_result result = NG_ERROR_MEMORY;
-    if (!t.failed && manifest_path(directory, path, sizeof path))
+    ng_result result = NG_OK;
+    if (t.failed || !manifest_path(directory, path, sizeof path))
+        result = ng_out_of_memory("the manifest of a data set");
+    else
         result = ng_file_write(path, t.bytes.items, t.bytes.count);
     ng_array_finish(&t.bytes);
     return result;

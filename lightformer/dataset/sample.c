@@ -379,7 +379,7 @@ ng_result lf_sample_write(const struct lf_sample *sample, const struct lf_observ
 {
     struct job job = {sample, observation, params, out, calloc(params->crops, sizeof *job.crops)};
     if (!job.crops)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the crops of a sample");
     ng_result result = choose_crops(&job);
     if (result == NG_OK)
         result = timed(&spent[LF_STAGE_WRITE], copy_inputs, &job);

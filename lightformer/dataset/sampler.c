@@ -131,7 +131,7 @@ ng_result lf_scene_sampler_create(const struct lf_scene_sampler_params *params, 
     *out = NULL;
     struct lf_scene_sampler *self = calloc(1, sizeof *self);
     if (!self)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("a scene's samples");
     self->params = *params;
     ng_result result = open_parts(self);
     if (result != NG_OK)

@@ -31,6 +31,7 @@ struct row {
 // A picture under construction.
 struct sheet {
     uint32_t width, height;
+    uint32_t used; // pixels of a row that tiles cover
     unsigned char *rgb;
 };
 
@@ -281,6 +282,8 @@ static void draw_tile(struct sheet *sheet, const struct row *row, tile_fn tile, 
     size_t x0 = GAP + column * (row->side + GAP), y0 = GAP + line * (row->side + GAP);
     if (x0 + row->side > sheet->width || y0 + row->side > sheet->height)
         return;
+    if (sheet->used < x0 + row->side + GAP)
+        sheet->used = (uint32_t)(x0 + row->side + GAP);
     for (size_t i = 0; i < row->side * row->side; i++) {
         float rgb[3];
         tile(row, i, rgb);
@@ -383,6 +386,15 @@ static ng_result draw_shards(struct sheet *sheet, const char *directory, const s
     return NG_OK;
 }
 
+// Cuts off the columns of lights that no sample has.
+static void trim(struct sheet *sheet)
+{
+    uint32_t width = sheet->used < sheet->width ? sheet->used : sheet->width;
+    for (size_t y = 0; y < sheet->height; y++)
+        memmove(sheet->rgb + y * width * 3, sheet->rgb + y * sheet->width * 3, (size_t)width * 3);
+    sheet->width = width;
+}
+
 static uint32_t crop_side(const struct lf_manifest *m)
 {
     for (int i = 0; i < LF_SETTING_COUNT; i++)
@@ -408,6 +420,11 @@ static ng_result draw_sheet(const char *directory, const char *path, const struc
         return NG_ERROR_MEMORY;
     }
     ng_result result = draw_shards(&sheet, directory, m, side, rows, &line);
+    if (result == NG_OK && line == 0) {
+        ng_log_error("%s: the data set has no samples to show", directory);
+        result = NG_ERROR_NOT_FOUND;
+    }
+    trim(&sheet);
     struct ng_png_params png = {
         .width = sheet.width, .height = line * (side + GAP) + GAP, .channels = 3, .pixels = sheet.rgb};
     if (result == NG_OK)

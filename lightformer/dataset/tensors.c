@@ -75,7 +75,7 @@ ng_result lf_tensors_note(struct lf_tensors *t, const char *key, const char *val
     struct lf_tensor_note note;
     snprintf(note.key, sizeof note.key, "%s", key);
     snprintf(note.value, sizeof note.value, "%s", value);
-    return ng_array_push(&t->notes, note) ? NG_OK : NG_ERROR_MEMORY;
+    return ng_array_push(&t->notes, note) ? NG_OK : ng_out_of_memory("the notes of a shard");
 }
 
 const struct lf_tensor *lf_tensors_find(const struct lf_tensors *t, const char *name)
@@ -185,7 +185,7 @@ static ng_result sort_by_width(struct lf_tensors *t)
 {
     NG_ARRAY(struct lf_tensor) sorted = {0};
     if (!ng_array_reserve(&sorted, t->list.count + 1))
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the list of tensors");
     for (uint32_t width = 4; width; width /= 2)
         for (size_t i = 0; i < t->list.count; i++)
             if (dtypes[t->list.items[i].dtype].size == width)

@@ -296,7 +296,7 @@ static ng_result collect(struct lf_variations *self)
     }
     ng_query_destroy(&query);
     if (!room)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("a scene's variations");
     if (self->items.count)
         qsort(self->items.items, self->items.count, sizeof *self->items.items, by_entity);
     return NG_OK;
@@ -307,7 +307,7 @@ ng_result lf_variations_create(struct ng_world *world, struct lf_variations **ou
     *out = NULL;
     struct lf_variations *self = calloc(1, sizeof *self);
     if (!self)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("a scene's variations");
     self->world = world;
     ng_result result = collect(self);
     for (size_t i = 0; result == NG_OK && i < self->items.count; i++)

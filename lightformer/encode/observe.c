@@ -43,7 +43,7 @@ static ng_result ask(struct ng_composer *composer, void *user)
         const struct ng_light_maps *maps = ng_composer_get(composer, &ng_light_maps_item, i);
         char name[160];
         if (!ng_array_push(&self->maps, *maps))
-            return NG_ERROR_MEMORY;
+            return ng_out_of_memory("the observation of a frame");
         for (int m = 0; m < MAPS; m++) {
             map_name(maps, (enum map)m, name);
             ng_graph_readback(graph, name);
@@ -57,7 +57,7 @@ ng_result lf_observer_create(struct ng_gpu *gpu, struct ng_jobs *jobs, struct lf
     *out = NULL;
     struct lf_observer *self = calloc(1, sizeof *self);
     if (!self)
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory("the observation of a frame");
     self->gpu = gpu;
     struct ng_renderer_params params = {.gpu = gpu, .jobs = jobs};
     struct ng_provider provider = {.name = "observer", .consume = ask, .user = self};
