@@ -475,6 +475,8 @@ static void become_dynamic(struct lf_tracer *t)
         return;
     t->dynamic = true;
     rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION | RTC_SCENE_FLAG_DYNAMIC);
+    // Of the scene, this chooses the structure of two levels; each geometry is built in its own quality.
+    rtcSetSceneBuildQuality(t->scene, RTC_BUILD_QUALITY_LOW);
     t->stats.built = t->slot_count; // into structures of their own, this once
 }
 
