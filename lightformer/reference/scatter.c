@@ -28,11 +28,8 @@ static void to_local(const struct lf_scatter *s, const float d[3], float out[3])
 // Estimated reflectance of the two lobes decides how often each is chosen.
 static float specular_share(const struct lf_surface *s, float nv)
 {
-    float specular = 0, diffuse = 0;
-    for (int i = 0; i < 3; i++) {
-        specular += ng_brdf_specular_albedo(nv, s->f0[i], s->roughness);
-        diffuse += s->albedo[i] * (1 - ng_brdf_f(nv, s->f0[i]));
-    }
+    float f0 = lf_mean(s->f0), specular = ng_brdf_specular_albedo(nv, f0, s->roughness);
+    float diffuse = lf_mean(s->albedo) * (1 - ng_brdf_f(nv, f0));
     if (!(diffuse > 0))
         return 1;
     return ng_clamp(specular / (specular + diffuse), LEAST_SHARE, 1 - LEAST_SHARE);
@@ -83,8 +80,8 @@ bool lf_scatter_sample(const struct lf_scatter *s, const float u[2], float direc
         l = ng_brdf_reflect(v, ng_brdf_sample_half(v, s->surface->roughness, rest, u[1]));
     else
         l = ng_brdf_sample_cosine(rest, u[1]);
-    lf_scale(s->surface->normal, l.z, direction);
+    lf_scale(s->surface->normal, l.z, direction); // unit, since the frame and l are
     lf_mad(direction, s->tangent, l.x, direction);
     lf_mad(direction, s->bitangent, l.y, direction);
-    return l.z > 0 && lf_normalize(direction);
+    return l.z > 0;
 }

@@ -29,8 +29,7 @@ struct slot {
     uint64_t mesh_key, mesh_revision, version;
     uint32_t flags;
     float matrix[12];
-    float *vertices;   // Embree's, world space
-    uint32_t *indices; // Embree's
+    float *vertices; // Embree's, world space
 };
 
 struct lf_tracer {
@@ -73,31 +72,6 @@ struct query {
     void *user;
 };
 
-// Unit normal of a triangle's front.
-static void triangle_normal(const struct slot *s, uint32_t triangle, float out[3])
-{
-    const uint32_t *index = s->indices + (size_t)triangle * 3;
-    const float *a = s->vertices + (size_t)index[0] * 3, *b = s->vertices + (size_t)index[1] * 3,
-                *c = s->vertices + (size_t)index[2] * 3;
-    float ab[3], ac[3];
-    lf_mad(b, a, -1, ab);
-    lf_mad(c, a, -1, ac);
-    if (s->flags & NG_INSTANCE_MIRRORED)
-        lf_cross(ac, ab, out);
-    else
-        lf_cross(ab, ac, out);
-    lf_normalize(out);
-}
-
-static void triangle_point(const struct slot *s, uint32_t triangle, const float barycentric[2], float out[3])
-{
-    const uint32_t *index = s->indices + (size_t)triangle * 3;
-    const float weights[3] = {1 - barycentric[0] - barycentric[1], barycentric[0], barycentric[1]};
-    memset(out, 0, 3 * sizeof(float));
-    for (int i = 0; i < 3; i++)
-        lf_mad(out, s->vertices + (size_t)index[i] * 3, weights[i], out);
-}
-
 // Facing side of a disk: -Z of its placement, as light/light.h says.
 static void disk_axes(const struct slot *s, float x[3], float y[3], float normal[3])
 {
@@ -124,12 +98,16 @@ static float sphere_radius(const struct slot *s)
     return s->matrix[0]; // ng_light_surface of spheres is uniform
 }
 
-static void find_normal(const struct slot *s, struct lf_hit *hit)
+// Unit normal of the front. Embree's normal of a triangle follows the order of its vertices.
+static void find_normal(const struct slot *s, const struct RTCHit *h, struct lf_hit *hit)
 {
-    float x[3], y[3];
+    float x[3], y[3], sign = s->flags & NG_INSTANCE_MIRRORED ? -1.0f : 1.0f;
     switch (s->shape) {
     case LF_SHAPE_TRIANGLES:
-        triangle_normal(s, hit->triangle, hit->normal);
+        hit->normal[0] = sign * h->Ng_x;
+        hit->normal[1] = sign * h->Ng_y;
+        hit->normal[2] = sign * h->Ng_z;
+        lf_normalize(hit->normal);
         break;
     case LF_SHAPE_DISK:
         disk_axes(s, x, y, hit->normal);
@@ -143,7 +121,7 @@ static void find_normal(const struct slot *s, struct lf_hit *hit)
     }
 }
 
-// The whole hit from what Embree tells of it.
+// The whole hit from what Embree tells of it. Nothing of the triangle is read: that would wait for memory.
 static void describe(const struct slot *s, const struct RTCRay *ray, const struct RTCHit *h,
                      struct lf_hit *out)
 {
@@ -151,11 +129,8 @@ static void describe(const struct slot *s, const struct RTCRay *ray, const struc
     const float direction[3] = {ray->dir_x, ray->dir_y, ray->dir_z};
     *out = (struct lf_hit){
         .instance = s->instance, .triangle = h->primID, .barycentric = {h->u, h->v}, .distance = ray->tfar};
-    if (s->shape == LF_SHAPE_TRIANGLES)
-        triangle_point(s, h->primID, out->barycentric, out->position);
-    else
-        lf_mad(origin, direction, ray->tfar, out->position);
-    find_normal(s, out);
+    lf_mad(origin, direction, ray->tfar, out->position);
+    find_normal(s, h, out);
     out->front = lf_dot(out->normal, direction) < 0;
 }
 
@@ -382,13 +357,13 @@ static ng_result make_triangles(struct lf_tracer *t, struct slot *s, const struc
     s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     s->vertices = rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                           3 * sizeof(float), mesh->vertex_count ? mesh->vertex_count : 1);
-    s->indices = rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                         3 * sizeof(uint32_t), mesh->index_count / 3);
-    if (!s->vertices || (!s->indices && mesh->index_count))
+    uint32_t *indices = rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                3 * sizeof(uint32_t), mesh->index_count / 3);
+    if (!s->vertices || (!indices && mesh->index_count))
         return NG_ERROR_MEMORY;
     write_vertices(s, mesh);
     if (mesh->index_count)
-        memcpy(s->indices, mesh->indices, (size_t)(mesh->index_count / 3 * 3) * sizeof(uint32_t));
+        memcpy(indices, mesh->indices, (size_t)(mesh->index_count / 3 * 3) * sizeof(uint32_t));
     t->stats.triangles += mesh->index_count / 3;
     return NG_OK;
 }
@@ -595,7 +570,7 @@ void lf_trace_origin(const struct lf_tracer *t, const float position[3], const f
 {
     float size = t->snapshot->scene_radius;
     for (int i = 0; i < 3; i++)
-        size = fmaxf(size, fabsf(position[i]));
+        size = fabsf(position[i]) > size ? fabsf(position[i]) : size;
     float side = lf_dot(normal, direction) < 0 ? -1.0f : 1.0f;
     lf_mad(position, normal, side * 1e-5f * size, out);
 }

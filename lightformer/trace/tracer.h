@@ -55,9 +55,9 @@ struct lf_hit {
     uint32_t triangle;    // of the instance's mesh; 0 for exact shapes
     float barycentric[2]; // weights of vertices 1 and 2; zero for exact shapes
     float distance;
-    float position[3]; // on the surface, more exact than origin + distance * direction
-    float normal[3];   // geometric, unit, of the front (mirrored placements considered)
-    bool front;        // the ray meets the front
+    float position[3];
+    float normal[3]; // geometric, unit, of the front (mirrored placements considered)
+    bool front;      // the ray meets the front
 };
 
 enum lf_ray_kind { LF_RAY_ALL, LF_RAY_CAMERA };
