@@ -91,16 +91,24 @@ static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_
                 out->normal);
 }
 
+static bool is_textured(const struct ng_snapshot_material *m)
+{
+    return m->base_color_image != NG_NONE || m->metallic_roughness_image != NG_NONE ||
+           m->normal_image != NG_NONE || m->emissive_image != NG_NONE;
+}
+
 // Factors times textures.
 static void find_material(const struct lf_tracer *tracer, const struct ng_snapshot_material *m,
                           struct lf_surface *out)
 {
     const struct ng_snapshot *s = lf_tracer_snapshot(tracer);
     const struct lf_srgb *srgb = lf_tracer_srgb(tracer);
-    float base[4], metal_rough[4], emission[4];
-    lf_texture_at(srgb, image_of(s, m->base_color_image), out->uv, base);
-    lf_texture_at(srgb, image_of(s, m->metallic_roughness_image), out->uv, metal_rough);
-    lf_texture_at(srgb, image_of(s, m->emissive_image), out->uv, emission);
+    float base[4] = {1, 1, 1, 1}, metal_rough[4] = {1, 1, 1, 1}, emission[4] = {1, 1, 1, 1};
+    if (is_textured(m)) {
+        lf_texture_at(srgb, image_of(s, m->base_color_image), out->uv, base);
+        lf_texture_at(srgb, image_of(s, m->metallic_roughness_image), out->uv, metal_rough);
+        lf_texture_at(srgb, image_of(s, m->emissive_image), out->uv, emission);
+    }
     float metallic = m->metallic * metal_rough[2];
     for (int i = 0; i < 3; i++) {
         out->albedo[i] = ng_brdf_albedo(m->base_color[i] * base[i], metallic);
@@ -122,7 +130,8 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
     memcpy(out->normal, hit->normal, sizeof out->normal);
     if (lf_tracer_shape(tracer, hit->instance) == LF_SHAPE_TRIANGLES) {
         const struct ng_snapshot_mesh *mesh = &s->meshes[in->mesh];
-        interpolate(mesh, mesh->uvs, 2, hit->triangle, hit->barycentric, out->uv);
+        if (is_textured(m)) // what is not read is not waited for
+            interpolate(mesh, mesh->uvs, 2, hit->triangle, hit->barycentric, out->uv);
         find_shading_normal(tracer, hit, m, out);
     }
     find_material(tracer, m, out);

@@ -1,9 +1,8 @@
 // One Embree scene of all instances, flattened into world space, and a second one that holds the emitters
 // alone. A slot per instance remembers what it was built from, so that an update touches what differs.
 //
-// The first build makes one acceleration structure over everything, which is the fastest to trace. The first
-// time that something moves, the scene becomes a dynamic one: a structure per instance under a small common
-// one, so that from then on only what moves is refitted.
+// The scene has two levels: a structure per instance, and a small one over them. So what moves is refitted
+// alone (README.md has the figures).
 //
 // The device has one thread: what a parallel build makes may depend on their number, and with it which of two
 // surfaces in the same place is met.
@@ -37,7 +36,6 @@ struct lf_tracer {
     RTCScene scene, emitters;
     struct slot *slots;
     uint32_t slot_count;
-    bool dynamic;
     const struct ng_snapshot *snapshot;
     struct lf_srgb srgb;
     struct lf_tracer_stats stats;
@@ -280,7 +278,6 @@ static void free_scene(struct lf_tracer *t)
     t->scene = t->emitters = NULL;
     t->slots = NULL;
     t->slot_count = 0;
-    t->dynamic = false;
     t->snapshot = NULL;
 }
 
@@ -419,7 +416,9 @@ static ng_result build(struct lf_tracer *t, const struct ng_snapshot *snapshot)
     t->emitters = rtcNewScene(t->device);
     if (!t->slots || !t->scene || !t->emitters)
         return give_up(t);
-    rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    // Of the scene, "low" chooses the structure of two levels; each geometry is built in its own quality.
+    rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION | RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneBuildQuality(t->scene, RTC_BUILD_QUALITY_LOW);
     rtcSetSceneFlags(t->emitters, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     t->slot_count = snapshot->instance_count;
     for (uint32_t i = 0; i < t->slot_count; i++)
@@ -444,17 +443,6 @@ static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *
     return true;
 }
 
-static void become_dynamic(struct lf_tracer *t)
-{
-    if (t->dynamic)
-        return;
-    t->dynamic = true;
-    rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION | RTC_SCENE_FLAG_DYNAMIC);
-    // Of the scene, this chooses the structure of two levels; each geometry is built in its own quality.
-    rtcSetSceneBuildQuality(t->scene, RTC_BUILD_QUALITY_LOW);
-    t->stats.built = t->slot_count; // into structures of their own, this once
-}
-
 static void follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
     for (uint32_t i = 0; i < t->slot_count; i++) {
@@ -466,7 +454,6 @@ static void follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
         if (!moved && ((before ^ s->flags) & NG_INSTANCE_MASKED) == 0)
             continue; // it reflects in another way
         t->stats.updated++;
-        become_dynamic(t);
         if (s->shape == LF_SHAPE_TRIANGLES) {
             rtcSetGeometryBuildQuality(s->geometry, RTC_BUILD_QUALITY_REFIT);
             write_vertices(s, &snapshot->meshes[snapshot->instances[i].mesh]);
