@@ -316,11 +316,8 @@ static ng_result attach_light(struct gltf_loader *l, const char *where, uint32_t
 
 static void count_light(struct gltf_loader *l, ng_entity e)
 {
-    static const ng_component types[] = {NG_LIGHT_POINT,     NG_LIGHT_SPOT,       NG_LIGHT_DIRECTIONAL,
-                                         NG_LIGHT_RECTANGLE, NG_LIGHT_DISK,       NG_LIGHT_SPHERE,
-                                         NG_LIGHT_MESH,      NG_LIGHT_ENVIRONMENT};
-    for (size_t i = 0; i < NG_COUNT(types); i++)
-        l->out.light_count += ng_world_has(l->world, e, types[i]);
+    for (ng_component c = 0; c < NG_COMPONENT_COUNT; c++)
+        l->out.light_count += ng_component_is_light(c) && ng_world_has(l->world, e, c);
 }
 
 static void note_camera(struct gltf_loader *l, ng_entity e)

@@ -26,6 +26,9 @@ enum ng_component_id {
 NG_COMPONENT_LIST(X)
 #undef X
 
+// Whether a component makes its entity a light (light/light.h): those whose names begin with "light_".
+bool ng_component_is_light(ng_component component);
+
 // Registers all of the engine's components; the world must have none yet, so that ids are these.
 NG_NODISCARD ng_result ng_components_register(struct ng_world *world);
 
