@@ -1,6 +1,6 @@
-// Makes the emissive mesh of its entity a light: radiance = material emissive * strength * texture, times
-// colour. One-sided unless the material is double sided. Emission without this component is seen but lights
-// nothing.
+// Makes the emissive mesh of its entity a light: radiance = the material's emissive * emissive_strength *
+// texture, times color * scale. One-sided unless the material is double sided. Emission without this
+// component is seen but lights nothing.
 #ifndef NG_COMPONENTS_LIGHT_MESH_H
 #define NG_COMPONENTS_LIGHT_MESH_H
 

@@ -5,10 +5,11 @@
 // a consumer walks the list of that type. So a pass that gathers lights never names a kind of light, and a
 // feature is added or removed by one registration.
 //
-//     // in the header both sides include            // in one .c file
+//     // in the header that both sides include
 //     struct shadow { struct ng_graph_ref depth; };
-//     extern const struct ng_item_type shadow_type; const struct ng_item_type shadow_type = {"shadow",
-//     sizeof(struct shadow)};
+//     extern const struct ng_item_type shadow_type;
+//     // in one .c file
+//     const struct ng_item_type shadow_type = {"shadow", sizeof(struct shadow)};
 //
 //     produce:  ng_composer_publish(composer, &shadow_type, &(struct shadow){depth});
 //     consume:  for (size_t i = 0; i < ng_composer_count(composer, &shadow_type); i++) {

@@ -169,7 +169,7 @@ void ng_light_seen_at(const struct ng_light_source *s, const struct ng_light_hit
 // Profile of a spot light for shaders (struct ng_light_type, cone); scale 0 and offset 1 for other lights.
 void ng_light_cone(const struct ng_light_source *s, float *scale, float *offset);
 // Where to observe from. Spots wider than 75 degrees (half angle) take a cube. A dark light gives a cube at
-// its placement. The light does not know other objects: a caller that does moves the proxy out of solids.
+// its placement. The light does not know other objects: the proxy may lie inside a solid.
 void ng_light_proxy_of(const struct ng_light_source *s, struct ng_light_proxy *out);
 
 // Direct VPLs: the first `count` points of one fixed low-discrepancy set (Sobol' 1967, dimensions 1 and 2),

@@ -1,12 +1,11 @@
 // What the providers of a frame meet at (graph/provider.h): the items that one publishes and others consume.
 //
-//     ng_frame_item        the snapshot and where its data is on the GPU; published by the renderer, one a
-//     frame ng_gbuffer_item      what the camera sees; from the G-buffer provider, one a frame
-//     ng_light_maps_item   what a light sees, its reflective shadow map; from the light-maps provider, one a
-//     light ng_radiance_item     the light that arrives at the camera; from the method that was chosen, one a
-//     frame
+//     ng_frame_item        one a frame, from the renderer: the snapshot and where its data is on the GPU
+//     ng_gbuffer_item      one a frame, from the G-buffer provider: what the camera sees
+//     ng_light_maps_item   one a light, from the light-maps provider: its reflective shadow map
+//     ng_radiance_item     one a frame, from the method that was chosen: what arrives at the camera
 //
-// A method (raster here, neural elsewhere) is a provider that consumes the first three and publishes the
+// A method (raster here, others elsewhere) is a provider that consumes the first three and publishes the
 // last.
 #ifndef NG_RENDER_FRAME_H
 #define NG_RENDER_FRAME_H
