@@ -37,7 +37,7 @@ static void describe(const struct ng_snapshot_light *light, float scene_radius, 
         lf_mad(out->position, vpls[i].position, 1.0f / POINTS, out->position);
     for (int i = 0; i < POINTS; i++)
         out->radius2 += distance2(vpls[i].position, out->position) / POINTS;
-    out->radius2 = fmaxf(out->radius2, 1e-6f * scene_radius * scene_radius);
+    out->radius2 = fmaxf(out->radius2, fmaxf(1e-6f * scene_radius * scene_radius, 1e-12f));
 }
 
 ng_result lf_light_choice_update(struct lf_light_choice *c, const struct ng_snapshot *snapshot)

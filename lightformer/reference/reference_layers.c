@@ -152,8 +152,8 @@ ng_result lf_reference_layer(const struct lf_reference *r, const char *name, str
         ng_log_error("reference: there is no layer \"%s\"", name);
         return NG_ERROR_NOT_FOUND;
     }
-    *out =
-        (struct lf_layer){.info = info, .width = r->params.region.width, .height = r->params.region.height};
+    *out = (struct lf_layer){
+        .info = info, .width = r->params.region.width, .height = r->params.region.height, .channels = 1};
     while (out->channels < 4 && info->channels[out->channels])
         out->channels++;
     out->pixels = calloc(lf_pixel_count(r), out->channels * sizeof(float));

@@ -232,7 +232,7 @@ static void shape_intersect(const struct RTCIntersectFunctionNArguments *a)
 {
     const struct slot *s = a->geometryUserPtr;
     struct RTCRayHit *rayhit = (void *)a->rayhit;
-    float t[2];
+    float t[2] = {0};
     int count = a->valid[0] ? meet(s, &rayhit->ray, t) : 0;
     for (int i = 0; i < count; i++) {
         float far = rayhit->ray.tfar;
@@ -251,7 +251,7 @@ static void shape_intersect(const struct RTCIntersectFunctionNArguments *a)
 static void shape_occluded(const struct RTCOccludedFunctionNArguments *a)
 {
     struct RTCRay *ray = (void *)a->ray;
-    float t[2];
+    float t[2] = {0};
     int count = a->valid[0] ? meet(a->geometryUserPtr, ray, t) : 0;
     for (int i = 0; i < count; i++)
         if (t[i] > ray->tnear && t[i] < ray->tfar)
@@ -340,8 +340,9 @@ static bool read_instance(struct slot *s, const struct ng_snapshot *snapshot)
 {
     const struct ng_snapshot_instance *instance = &snapshot->instances[s->instance];
     const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
-    bool moved =
-        s->mesh_revision != mesh->revision || memcmp(s->matrix, instance->matrix, sizeof s->matrix) != 0;
+    bool moved = s->mesh_revision != mesh->revision;
+    for (int i = 0; i < 12; i++)
+        moved |= s->matrix[i] != instance->matrix[i];
     s->mesh_revision = mesh->revision;
     s->version = instance->version;
     s->flags = instance->flags;

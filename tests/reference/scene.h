@@ -61,7 +61,7 @@ struct estimate {
 // Mean of the three channels of a split radiance, `samples` paths of at most `depth` segments from a primary
 // hit. `part` chooses: offset of a member of struct lf_radiance.
 struct estimate scene_estimate(const struct scene *s, const struct lf_primary *primary, uint32_t samples,
-                               uint32_t depth, enum lf_sampler_kind sampler, uint64_t seed, size_t part);
+                               uint32_t depth, enum lf_sampler_kind kind, uint64_t seed, size_t part);
 // A primary hit of a white Lambertian surface, seen from straight above.
 struct lf_primary scene_receiver(const float position[3], const float normal[3]);
 // Radiance of such a surface times pi is its irradiance, but for Fresnel, at most 0.2 %.

@@ -1,5 +1,5 @@
 // Rays: hits, sides, masks, exact shapes, textures, and updates that touch what moved.
-#include "../reference/scene.h"
+#include "scene.h"
 
 #include "components/light_disk.h"
 #include "components/light_sphere.h"
