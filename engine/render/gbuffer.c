@@ -8,6 +8,8 @@
 #include "render/scene_gpu.h"
 
 #include "background.frag.spv.h"
+#include "gbuffer_moving.frag.spv.h"
+#include "gbuffer_moving.vert.spv.h"
 #include "gbuffer_plain.frag.spv.h"
 #include "gbuffer_plain.vert.spv.h"
 #include "gbuffer_textured.frag.spv.h"
@@ -35,7 +37,7 @@ static const struct {
 
 struct ng_gbuffer_provider {
     struct ng_gpu *gpu;
-    struct ng_gpu_pipeline *plain, *textured, *background;
+    struct ng_gpu_pipeline *plain, *moving, *textured, *background;
 };
 
 static const struct ng_gpu_slot scene_slots[] = {
@@ -45,14 +47,22 @@ static const struct ng_gpu_slot scene_slots[] = {
     NG_MATERIAL_SLOTS,
 };
 
-static ng_result make_scene_pipeline(struct ng_gpu *gpu, bool textured, struct ng_gpu_pipeline **out)
+struct variant {
+    const char *name;
+    struct ng_spirv vertex, fragment;
+    enum ng_vertex_streams streams;
+    uint32_t slot_count;
+};
+
+static ng_result make_scene_pipeline(struct ng_gpu *gpu, const struct variant *v,
+                                     struct ng_gpu_pipeline **out)
 {
     struct ng_gpu_graphics_params p = {
-        .name = textured ? "gbuffer textured" : "gbuffer",
-        .vertex = textured ? NG_SPIRV(ng_spv_gbuffer_textured_vert) : NG_SPIRV(ng_spv_gbuffer_plain_vert),
-        .fragment = textured ? NG_SPIRV(ng_spv_gbuffer_textured_frag) : NG_SPIRV(ng_spv_gbuffer_plain_frag),
+        .name = v->name,
+        .vertex = v->vertex,
+        .fragment = v->fragment,
         .slots = scene_slots,
-        .slot_count = textured ? NG_COUNT(scene_slots) : 3,
+        .slot_count = v->slot_count,
         .dynamic_cull = true,
         .color_count = COLORS,
         .depth_format = VK_FORMAT_D32_SFLOAT,
@@ -61,8 +71,22 @@ static ng_result make_scene_pipeline(struct ng_gpu *gpu, bool textured, struct n
     };
     for (int i = 0; i < COLORS; i++)
         p.color_formats[i] = colors[i].format;
-    ng_scene_gpu_vertex_input(textured ? NG_STREAMS_SURFACE_MOVING : NG_STREAMS_SURFACE, &p);
+    ng_scene_gpu_vertex_input(v->streams, &p);
     return ng_gpu_graphics_create(gpu, &p, out);
+}
+
+static ng_result make_scene_pipelines(struct ng_gbuffer_provider *g)
+{
+    const struct variant plain = {"gbuffer", NG_SPIRV(ng_spv_gbuffer_plain_vert),
+                                  NG_SPIRV(ng_spv_gbuffer_plain_frag), NG_STREAMS_SURFACE, 3};
+    const struct variant moving = {"gbuffer moving", NG_SPIRV(ng_spv_gbuffer_moving_vert),
+                                   NG_SPIRV(ng_spv_gbuffer_moving_frag), NG_STREAMS_SURFACE_MOVING, 3};
+    const struct variant textured = {"gbuffer textured", NG_SPIRV(ng_spv_gbuffer_textured_vert),
+                                     NG_SPIRV(ng_spv_gbuffer_textured_frag),
+                                     NG_STREAMS_SURFACE_TEXTURED_MOVING, NG_COUNT(scene_slots)};
+    NG_TRY(make_scene_pipeline(g->gpu, &plain, &g->plain));
+    NG_TRY(make_scene_pipeline(g->gpu, &moving, &g->moving));
+    return make_scene_pipeline(g->gpu, &textured, &g->textured);
 }
 
 // Push constants of background.frag.
@@ -99,9 +123,7 @@ ng_result ng_gbuffer_create(struct ng_gpu *gpu, struct ng_gbuffer_provider **out
     if (!g)
         return ng_out_of_memory("the G-buffer");
     g->gpu = gpu;
-    ng_result r = make_scene_pipeline(gpu, false, &g->plain);
-    if (r == NG_OK)
-        r = make_scene_pipeline(gpu, true, &g->textured);
+    ng_result r = make_scene_pipelines(g);
     if (r == NG_OK)
         r = make_background_pipeline(gpu, &g->background);
     if (r != NG_OK)
@@ -116,6 +138,7 @@ void ng_gbuffer_destroy(struct ng_gbuffer_provider **provider)
     if (!g)
         return;
     ng_gpu_pipeline_destroy(&g->plain);
+    ng_gpu_pipeline_destroy(&g->moving);
     ng_gpu_pipeline_destroy(&g->textured);
     ng_gpu_pipeline_destroy(&g->background);
     free(g);
@@ -133,16 +156,16 @@ static ng_result draw_scene(const struct ng_pass_context *ctx)
     struct ng_scene_gpu *scene = d->frame->scene;
     const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(scene, 0), ng_scene_gpu_instances(scene, 1),
                                               ng_scene_gpu_materials(scene, 2)};
-    return ng_scene_gpu_draw(scene, ctx->cmd,
-                             &(struct ng_draw_params){.plain = d->provider->plain,
-                                                      .textured = d->provider->textured,
-                                                      .plain_streams = NG_STREAMS_SURFACE,
-                                                      .textured_streams = NG_STREAMS_SURFACE_MOVING,
-                                                      .bindings = bindings,
-                                                      .binding_count = NG_COUNT(bindings),
-                                                      .view_projection = ng_scene_gpu_camera(scene),
-                                                      .skip_light = NG_NONE,
-                                                      .cull_back = true});
+    return ng_scene_gpu_draw(
+        scene, ctx->cmd,
+        &(struct ng_draw_params){.plain = {d->provider->plain, NG_STREAMS_SURFACE},
+                                 .moving = {d->provider->moving, NG_STREAMS_SURFACE_MOVING},
+                                 .textured = {d->provider->textured, NG_STREAMS_SURFACE_TEXTURED_MOVING},
+                                 .bindings = bindings,
+                                 .binding_count = NG_COUNT(bindings),
+                                 .view_projection = ng_scene_gpu_camera(scene),
+                                 .skip_light = NG_NONE,
+                                 .cull_back = true});
 }
 
 static ng_result draw_background(const struct ng_pass_context *ctx)

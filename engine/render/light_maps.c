@@ -167,11 +167,9 @@ static ng_result draw_depth(const struct ng_pass_context *ctx)
     for (uint32_t layer = 0; layer < light->depth_view_count; layer++)
         NG_TRY(ng_scene_gpu_draw(
             scene, ctx->cmd,
-            &(struct ng_draw_params){.plain = d->self->depth,
-                                     .textured = d->self->depth_masked,
+            &(struct ng_draw_params){.plain = {d->self->depth, NG_STREAMS_POSITION},
+                                     .textured = {d->self->depth_masked, NG_STREAMS_POSITION_UV},
                                      .depth_only = true,
-                                     .plain_streams = NG_STREAMS_POSITION,
-                                     .textured_streams = NG_STREAMS_POSITION_UV,
                                      .bindings = bindings,
                                      .binding_count = NG_COUNT(bindings),
                                      .push = &layer,
@@ -191,10 +189,8 @@ static ng_result draw_surface(const struct ng_pass_context *ctx)
     for (uint32_t layer = 0; layer < light->rsm_view_count; layer++)
         NG_TRY(ng_scene_gpu_draw(
             scene, ctx->cmd,
-            &(struct ng_draw_params){.plain = d->self->surface,
-                                     .textured = d->self->surface_textured,
-                                     .plain_streams = NG_STREAMS_SURFACE,
-                                     .textured_streams = NG_STREAMS_SURFACE_TEXTURED,
+            &(struct ng_draw_params){.plain = {d->self->surface, NG_STREAMS_SURFACE},
+                                     .textured = {d->self->surface_textured, NG_STREAMS_SURFACE_TEXTURED},
                                      .bindings = bindings,
                                      .binding_count = NG_COUNT(bindings),
                                      .push = &layer,

@@ -140,8 +140,8 @@ static ng_result draw_bare(const struct ng_pass_context *ctx)
     struct ng_scene_gpu *scene = d->r->scene;
     const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(scene, 0), ng_scene_gpu_instances(scene, 1)};
     return ng_scene_gpu_draw(scene, ctx->cmd,
-                             &(struct ng_draw_params){.plain = d->r->bare,
-                                                      .textured = d->r->bare,
+                             &(struct ng_draw_params){.plain = {d->r->bare, NG_STREAMS_POSITION},
+                                                      .textured = {d->r->bare, NG_STREAMS_POSITION},
                                                       .depth_only = true,
                                                       .bindings = bindings,
                                                       .binding_count = NG_COUNT(bindings),

@@ -16,15 +16,23 @@
 #define UNUSED_FRAMES 120 // frames after which what nobody asks for is dropped
 #define TEXTURES      4   // of a material
 
-enum stream { STREAM_POSITION, STREAM_NORMAL, STREAM_TANGENT, STREAM_UV, STREAM_INDEX, STREAM_COUNT };
+// The parts of a mesh's buffer; the last is there for meshes that deform only.
+enum stream {
+    STREAM_POSITION,
+    STREAM_NORMAL,
+    STREAM_TANGENT,
+    STREAM_UV,
+    STREAM_INDEX,
+    STREAM_PREVIOUS,
+    STREAM_COUNT
+};
 
 struct mesh_entry {
     uint64_t key, revision, last_used;
     struct ng_gpu_buffer *buffers[NG_GPU_FRAMES]; // dynamic meshes take turns
     uint32_t current;
     uint64_t offsets[STREAM_COUNT];
-    uint64_t previous_offset; // dynamic: last frame's positions
-    bool moved;               // dynamic: the previous positions are those of another revision
+    bool moved; // dynamic: the previous positions are those of another revision
 };
 
 struct image_entry {
@@ -41,6 +49,7 @@ struct group_entry {
 struct draw_key {
     uint64_t sort;     // pipeline, facing and mesh
     uint64_t group;    // textures
+    uint32_t kind;     // enum kind
     uint32_t instance; // of the snapshot
 };
 
@@ -61,30 +70,57 @@ struct ng_scene_gpu {
 // ---- Vertex input
 // --------------------------------------------------------------------------------------------
 
-static const uint32_t stream_counts[] = {[NG_STREAMS_POSITION] = 1,
-                                         [NG_STREAMS_POSITION_UV] = 2,
-                                         [NG_STREAMS_SURFACE] = 2,
-                                         [NG_STREAMS_SURFACE_TEXTURED] = 4,
-                                         [NG_STREAMS_SURFACE_MOVING] = 5};
+#define MAX_STREAMS 5
+#define FLOAT2(n)                                                                                            \
+    {                                                                                                        \
+        .location = (n), .binding = (n), .format = VK_FORMAT_R32G32_SFLOAT                                   \
+    }
+#define FLOAT3(n)                                                                                            \
+    {                                                                                                        \
+        .location = (n), .binding = (n), .format = VK_FORMAT_R32G32B32_SFLOAT                                \
+    }
+#define FLOAT4(n)                                                                                            \
+    {                                                                                                        \
+        .location = (n), .binding = (n), .format = VK_FORMAT_R32G32B32A32_SFLOAT                             \
+    }
+
+// Each stream is a buffer binding of its own, with the number of its location.
+static const struct streams {
+    uint32_t count;
+    enum stream streams[MAX_STREAMS];
+    struct ng_gpu_vertex_binding bindings[MAX_STREAMS];
+    struct ng_gpu_vertex_attribute attributes[MAX_STREAMS];
+} streams_of[] = {
+    [NG_STREAMS_POSITION] = {1, {STREAM_POSITION}, {{12, false}}, {FLOAT3(0)}},
+    [NG_STREAMS_POSITION_UV] = {2,
+                                {STREAM_POSITION, STREAM_UV},
+                                {{12, false}, {8, false}},
+                                {FLOAT3(0), FLOAT2(1)}},
+    [NG_STREAMS_SURFACE] = {2,
+                            {STREAM_POSITION, STREAM_NORMAL},
+                            {{12, false}, {12, false}},
+                            {FLOAT3(0), FLOAT3(1)}},
+    [NG_STREAMS_SURFACE_MOVING] = {3,
+                                   {STREAM_POSITION, STREAM_NORMAL, STREAM_PREVIOUS},
+                                   {{12, false}, {12, false}, {12, false}},
+                                   {FLOAT3(0), FLOAT3(1), FLOAT3(2)}},
+    [NG_STREAMS_SURFACE_TEXTURED] = {4,
+                                     {STREAM_POSITION, STREAM_NORMAL, STREAM_TANGENT, STREAM_UV},
+                                     {{12, false}, {12, false}, {16, false}, {8, false}},
+                                     {FLOAT3(0), FLOAT3(1), FLOAT4(2), FLOAT2(3)}},
+    [NG_STREAMS_SURFACE_TEXTURED_MOVING] = {5,
+                                            {STREAM_POSITION, STREAM_NORMAL, STREAM_TANGENT, STREAM_UV,
+                                             STREAM_PREVIOUS},
+                                            {{12, false}, {12, false}, {16, false}, {8, false}, {12, false}},
+                                            {FLOAT3(0), FLOAT3(1), FLOAT4(2), FLOAT2(3), FLOAT3(4)}},
+};
 
 void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_graphics_params *params)
 {
-    static const struct ng_gpu_vertex_binding position_uv[] = {{.stride = 12}, {.stride = 8}};
-    static const struct ng_gpu_vertex_binding surface[] = {
-        {.stride = 12}, {.stride = 12}, {.stride = 16}, {.stride = 8}, {.stride = 12}};
-    static const struct ng_gpu_vertex_attribute surface_attributes[] = {
-        {.location = 0, .binding = 0, .format = VK_FORMAT_R32G32B32_SFLOAT},
-        {.location = 1, .binding = 1, .format = VK_FORMAT_R32G32B32_SFLOAT},
-        {.location = 2, .binding = 2, .format = VK_FORMAT_R32G32B32A32_SFLOAT},
-        {.location = 3, .binding = 3, .format = VK_FORMAT_R32G32_SFLOAT},
-        {.location = 4, .binding = 4, .format = VK_FORMAT_R32G32B32_SFLOAT}};
-    static const struct ng_gpu_vertex_attribute position_uv_attributes[] = {
-        {.location = 0, .binding = 0, .format = VK_FORMAT_R32G32B32_SFLOAT},
-        {.location = 1, .binding = 1, .format = VK_FORMAT_R32G32_SFLOAT}};
-    bool uv_only = streams == NG_STREAMS_POSITION_UV;
-    params->vertex_bindings = uv_only ? position_uv : surface;
-    params->vertex_attributes = uv_only ? position_uv_attributes : surface_attributes;
-    params->vertex_binding_count = params->vertex_attribute_count = stream_counts[streams];
+    const struct streams *s = &streams_of[streams];
+    params->vertex_bindings = s->bindings;
+    params->vertex_attributes = s->attributes;
+    params->vertex_binding_count = params->vertex_attribute_count = s->count;
 }
 
 // ---- Life
@@ -150,13 +186,16 @@ void ng_scene_gpu_destroy(struct ng_scene_gpu **scene)
 
 static uint64_t stream_bytes(const struct ng_snapshot_mesh *m, enum stream stream)
 {
-    static const uint64_t per_vertex[] = {12, 12, 16, 8};
+    static const uint64_t per_vertex[STREAM_COUNT] = {12, 12, 16, 8, 0, 12};
+    if (stream == STREAM_PREVIOUS && !m->dynamic)
+        return 0;
     return stream == STREAM_INDEX ? 4ull * m->index_count : per_vertex[stream] * m->vertex_count;
 }
 
 static const void *stream_data(const struct ng_snapshot_mesh *m, enum stream stream)
 {
-    const void *data[STREAM_COUNT] = {m->positions, m->normals, m->tangents, m->uvs, m->indices};
+    const void *data[STREAM_COUNT] = {m->positions, m->normals, m->tangents,
+                                      m->uvs,       m->indices, m->previous_positions};
     return data[stream];
 }
 
@@ -166,9 +205,8 @@ static void write_dynamic(struct mesh_entry *e, const struct ng_snapshot_mesh *m
     e->current = (e->current + 1) % NG_GPU_FRAMES;
     unsigned char *to = e->buffers[e->current]->mapped;
     for (enum stream i = 0; i < STREAM_COUNT; i++)
-        memcpy(to + e->offsets[i], stream_data(m, i), stream_bytes(m, i));
-    if (m->previous_positions)
-        memcpy(to + e->previous_offset, m->previous_positions, stream_bytes(m, STREAM_POSITION));
+        if (stream_data(m, i))
+            memcpy(to + e->offsets[i], stream_data(m, i), stream_bytes(m, i));
     e->moved = m->previous_positions != NULL;
     e->revision = m->revision;
 }
@@ -180,9 +218,6 @@ static ng_result upload_mesh(struct ng_scene_gpu *s, struct mesh_entry *e, const
         e->offsets[i] = size;
         size += (stream_bytes(m, i) + 15) & ~15ull;
     }
-    e->previous_offset = m->dynamic ? size : e->offsets[STREAM_POSITION];
-    if (m->dynamic)
-        size += stream_bytes(m, STREAM_POSITION);
     for (uint32_t i = 0; i < (m->dynamic ? NG_GPU_FRAMES : 1); i++)
         NG_TRY(ng_gpu_buffer_create(s->gpu,
                                     &(struct ng_gpu_buffer_params){
@@ -367,14 +402,33 @@ static void drop_unused(struct ng_scene_gpu *s)
         }
 }
 
+enum kind { KIND_PLAIN, KIND_MOVING, KIND_TEXTURED };
+
+static bool has_moved(const struct ng_snapshot_instance *i)
+{
+    for (int k = 0; k < 12; k++)
+        if (!(i->matrix[k] >= i->previous_matrix[k] && i->matrix[k] <= i->previous_matrix[k]))
+            return true;
+    return false;
+}
+
+static enum kind kind_of(const struct ng_scene_gpu *s, const struct ng_snapshot_instance *i)
+{
+    if (is_textured(&s->snapshot->materials[i->material]))
+        return KIND_TEXTURED;
+    return s->snapshot->meshes[i->mesh].dynamic || has_moved(i) ? KIND_MOVING : KIND_PLAIN;
+}
+
 static struct draw_key draw_key(const struct ng_scene_gpu *s, uint32_t index)
 {
     const struct ng_snapshot_instance *instance = &s->snapshot->instances[index];
     const struct ng_snapshot_material *m = &s->snapshot->materials[instance->material];
-    uint64_t textured = is_textured(m) || s->snapshot->meshes[instance->mesh].dynamic, masked = m->alpha_mask;
+    enum kind kind = kind_of(s, instance);
+    uint64_t masked = m->alpha_mask;
     uint64_t facing = instance->flags & (NG_INSTANCE_DOUBLE_SIDED | NG_INSTANCE_MIRRORED);
-    return (struct draw_key){.sort = textured << 63 | masked << 62 | facing << 32 | instance->mesh,
-                             .group = textured ? group_key(s, m) : 0,
+    return (struct draw_key){.sort = (uint64_t)kind << 62 | masked << 61 | facing << 32 | instance->mesh,
+                             .group = kind == KIND_TEXTURED ? group_key(s, m) : 0,
+                             .kind = kind,
                              .instance = index};
 }
 
@@ -426,45 +480,12 @@ static void fill_view(struct ng_scene_gpu *s, uint32_t width, uint32_t height)
     s->view.size[1] = (float)height;
 }
 
-static void expand(const float rows[12], mat4 out)
-{
-    glm_mat4_identity(out);
-    for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 4; column++)
-            out[column][row] = rows[row * 4 + column];
-}
-
-// World now to world in the last frame, of a rigid instance. One that is flattened to a plane or less cannot
-// tell where it came from; it counts as at rest.
-static void to_previous(const struct ng_snapshot_instance *i, float rows[12])
-{
-    mat4 now, before, m;
-    expand(i->matrix, now);
-    expand(i->previous_matrix, before);
-    float size = glm_vec3_norm(now[0]) * glm_vec3_norm(now[1]) * glm_vec3_norm(now[2]);
-    if (fabsf(glm_mat4_det(now)) > 1e-6f * size) {
-        glm_mat4_inv(now, m);
-        glm_mat4_mul(before, m, m);
-    } else {
-        glm_mat4_identity(m);
-    }
-    bool at_rest = true;
-    for (int k = 0; k < 12; k++)
-        at_rest = at_rest && i->matrix[k] >= i->previous_matrix[k] && i->matrix[k] <= i->previous_matrix[k];
-    if (at_rest) // exactly, not within rounding
-        glm_mat4_identity(m);
-    for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 4; column++)
-            rows[row * 4 + column] = m[column][row];
-}
-
 static struct ng_instance_data instance_data(const struct ng_snapshot_instance *i)
 {
     struct ng_instance_data d = {
         .material = i->material, .entity = ng_entity_index(i->entity), .flags = i->flags, .light = i->light};
     memcpy(d.matrix, i->matrix, sizeof d.matrix);
     memcpy(d.previous_matrix, i->previous_matrix, sizeof d.previous_matrix);
-    to_previous(i, d.to_previous);
     return d;
 }
 
@@ -626,14 +647,18 @@ static ng_result set_pipeline(struct draw_state *d, const struct ng_gpu_pipeline
 
 static void set_streams(struct draw_state *d, const struct mesh_entry *e, enum ng_vertex_streams streams)
 {
-    VkBuffer b = e->buffers[e->current]->handle;
-    VkBuffer buffers[] = {b, b, b, b, b};
-    VkDeviceSize surface[] = {e->offsets[STREAM_POSITION], e->offsets[STREAM_NORMAL],
-                              e->offsets[STREAM_TANGENT], e->offsets[STREAM_UV],
-                              e->moved ? e->previous_offset : e->offsets[STREAM_POSITION]};
-    VkDeviceSize position_uv[] = {e->offsets[STREAM_POSITION], e->offsets[STREAM_UV]};
-    vkCmdBindVertexBuffers(d->cmd->handle, 0, stream_counts[streams], buffers,
-                           streams == NG_STREAMS_POSITION_UV ? position_uv : surface);
+    const struct streams *wanted = &streams_of[streams];
+    VkBuffer b = e->buffers[e->current]->handle, buffers[MAX_STREAMS];
+    VkDeviceSize offsets[MAX_STREAMS];
+    for (uint32_t i = 0; i < wanted->count; i++) {
+        // Vertices that have not moved against their object are where they were.
+        enum stream stream = wanted->streams[i];
+        if (stream == STREAM_PREVIOUS && !e->moved)
+            stream = STREAM_POSITION;
+        buffers[i] = b;
+        offsets[i] = e->offsets[stream];
+    }
+    vkCmdBindVertexBuffers(d->cmd->handle, 0, wanted->count, buffers, offsets);
     vkCmdBindIndexBuffer(d->cmd->handle, b, e->offsets[STREAM_INDEX], VK_INDEX_TYPE_UINT32);
 }
 
@@ -645,8 +670,10 @@ static ng_result draw_run(struct draw_state *d, const struct run *r)
     const struct ng_draw_params *p = d->params;
     const struct ng_snapshot_mesh *mesh = &s->snapshot->meshes[r->instance->mesh];
     const struct ng_snapshot_material *material = &s->snapshot->materials[r->instance->material];
-    bool textured = p->depth_only ? material->alpha_mask : is_textured(material) || mesh->dynamic;
-    NG_TRY(set_pipeline(d, textured ? p->textured : p->plain));
+    bool textured = p->depth_only ? material->alpha_mask : r->key->kind == KIND_TEXTURED;
+    bool moving = r->key->kind == KIND_MOVING && p->moving.pipeline;
+    const struct ng_draw_pipeline *use = textured ? &p->textured : moving ? &p->moving : &p->plain;
+    NG_TRY(set_pipeline(d, use->pipeline));
     if (textured) {
         const struct ng_gpu_bind_group *group = NULL;
         NG_TRY(group_of(s, material, d->pipeline, &group));
@@ -660,8 +687,7 @@ static ng_result draw_run(struct draw_state *d, const struct run *r)
     if (cull != d->cull)
         vkCmdSetCullMode(d->cmd->handle, cull);
     d->cull = cull;
-    set_streams(d, &s->meshes.items[s->mesh_of.items[r->instance->mesh]],
-                textured ? p->textured_streams : p->plain_streams);
+    set_streams(d, &s->meshes.items[s->mesh_of.items[r->instance->mesh]], use->streams);
     vkCmdDrawIndexed(d->cmd->handle, mesh->index_count, r->count, 0, 0, r->first);
     return NG_OK;
 }

@@ -23,11 +23,12 @@ NG_NODISCARD ng_result ng_scene_gpu_update(struct ng_scene_gpu *scene, const str
 
 // The vertex streams of a pipeline that draws scene geometry.
 enum ng_vertex_streams {
-    NG_STREAMS_POSITION,         // location 0
-    NG_STREAMS_POSITION_UV,      // 0 and, as location 1, texture coordinates
-    NG_STREAMS_SURFACE,          // 0 position, 1 normal
-    NG_STREAMS_SURFACE_TEXTURED, // and 2 tangent, 3 texture coordinates
-    NG_STREAMS_SURFACE_MOVING,   // and 4 previous position
+    NG_STREAMS_POSITION,                // location 0
+    NG_STREAMS_POSITION_UV,             // 0 and, as location 1, texture coordinates
+    NG_STREAMS_SURFACE,                 // 0 position, 1 normal
+    NG_STREAMS_SURFACE_MOVING,          // and 2 previous position
+    NG_STREAMS_SURFACE_TEXTURED,        // 0 position, 1 normal, 2 tangent, 3 texture coordinates
+    NG_STREAMS_SURFACE_TEXTURED_MOVING, // and 4 previous position
 };
 // Fills the vertex input of `params` for these streams; the arrays are static.
 void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_graphics_params *params);
@@ -53,10 +54,13 @@ struct ng_gpu_binding ng_scene_gpu_image(const struct ng_scene_gpu *scene, uint3
 struct ng_gpu_binding ng_scene_gpu_black(const struct ng_scene_gpu *scene, uint32_t binding);
 
 struct ng_draw_params {
-    const struct ng_gpu_pipeline *plain;    // rigid meshes, materials without textures
-    const struct ng_gpu_pipeline *textured; // materials with textures or a mask, meshes that deform
-    bool depth_only;                        // a mask matters, other textures do not
-    enum ng_vertex_streams plain_streams, textured_streams;
+    // What materials without textures, those of them that have moved, and materials with textures or a mask
+    // are drawn with. No `moving`: motion does not matter, as `plain`.
+    struct ng_draw_pipeline {
+        const struct ng_gpu_pipeline *pipeline;
+        enum ng_vertex_streams streams;
+    } plain, moving, textured;
+    bool depth_only;                       // a mask matters, other textures do not
     const struct ng_gpu_binding *bindings; // set 0, for both pipelines
     uint32_t binding_count;
     const void *push; // push constants, for both pipelines

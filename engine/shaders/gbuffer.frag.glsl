@@ -10,7 +10,7 @@ layout(location = 4) out vec4 out_emission;
 layout(location = 5) out vec2 out_motion;    // pixels, now - before, x right, y down
 layout(location = 6) out uint out_entity;
 
-#ifdef NG_TEXTURED
+#ifdef NG_MOVING
 layout(location = 4) in vec3 in_previous;
 #endif
 
@@ -20,17 +20,6 @@ vec3 position_from_depth()
     vec2 ndc = gl_FragCoord.xy / view.size * 2 - 1;
     vec3 ray = view.forward + ndc.x * view.right + ndc.y * view.down;
     return view.position + ray * (view.near_plane / gl_FragCoord.z);
-}
-
-// Where a point of a rigid instance was in the last frame.
-vec3 previous_position(ng_instance_data instance, vec3 position)
-{
-#ifdef NG_TEXTURED
-    return in_previous;
-#else
-    vec4 p = vec4(position, 1);
-    return vec3(dot(instance.to_previous[0], p), dot(instance.to_previous[1], p), dot(instance.to_previous[2], p));
-#endif
 }
 
 vec2 to_pixel(mat4 m, vec3 p)
@@ -63,6 +52,11 @@ void main()
     out_diffuse = vec4(s.diffuse, o.x);
     out_specular = vec4(s.f0, o.y);
     out_emission = vec4(min(s.emission, 65504.0), 0);
-    out_motion = gl_FragCoord.xy - to_pixel(view.previous_view_projection, previous_position(instance, position));
+#ifdef NG_MOVING
+    vec3 previous = in_previous;
+#else
+    vec3 previous = position;
+#endif
+    out_motion = gl_FragCoord.xy - to_pixel(view.previous_view_projection, previous);
     out_entity = instance.entity;
 }

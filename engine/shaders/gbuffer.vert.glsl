@@ -1,10 +1,9 @@
 // Few varyings: on a software rasterizer each costs every triangle. The fragment stage finds the position from the
-// depth, and the previous position of rigid instances from matrices; NG_TEXTURED also serves meshes that deform, whose
-// vertices say where they were.
+// depth. Where instances move (NG_MOVING) or have textures (NG_TEXTURED) their vertices also say where they were.
 #include "surface.vert.glsl"
 
-#ifdef NG_TEXTURED
-layout(location = 4) in vec3 in_previous;
+#ifdef NG_MOVING
+layout(location = NG_PREVIOUS_LOCATION) in vec3 in_previous;
 layout(location = 4) out vec3 out_previous;
 #endif
 
@@ -14,8 +13,10 @@ void main()
     vec3 position = transform_point(matrix, in_position);
     out_normal = transform_normal(matrix, in_normal);
     out_instance = gl_InstanceIndex;
-#ifdef NG_TEXTURED
+#ifdef NG_MOVING
     out_previous = transform_point(instances[gl_InstanceIndex].previous_matrix, in_previous);
+#endif
+#ifdef NG_TEXTURED
     out_tangent = vec4(transform_point(matrix, in_tangent.xyz) - transform_point(matrix, vec3(0)), in_tangent.w);
     out_uv = in_uv;
 #endif

@@ -2,4 +2,5 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #define NG_TEXTURED
+#define NG_MOVING
 #include "gbuffer.frag.glsl"

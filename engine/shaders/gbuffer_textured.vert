@@ -2,4 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #define NG_TEXTURED
+#define NG_MOVING
+#define NG_PREVIOUS_LOCATION 4
 #include "gbuffer.vert.glsl"

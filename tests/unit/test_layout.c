@@ -30,7 +30,6 @@ static const struct member members[] = {
     M(ng_view_data, size),
     M(ng_instance_data, matrix),
     M(ng_instance_data, previous_matrix),
-    M(ng_instance_data, to_previous),
     M(ng_instance_data, material),
     M(ng_instance_data, entity),
     M(ng_instance_data, flags),

@@ -23,7 +23,6 @@ struct ng_view_data {
 struct ng_instance_data {
     NG_MAT3X4(matrix); // object to world
     NG_MAT3X4(previous_matrix);
-    NG_MAT3X4(to_previous); // world now to world then
     NG_UINT(material);
     NG_UINT(entity); // index half of the id
     NG_UINT(flags);  // NG_INSTANCE_* of render/snapshot.h

@@ -1,0 +1,6 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#define NG_MOVING
+#define NG_PREVIOUS_LOCATION 2
+#include "gbuffer.vert.glsl"
