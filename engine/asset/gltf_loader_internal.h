@@ -47,8 +47,7 @@ struct gltf_loader {
 #define NG_GLTF_NO_NODE   UINT32_MAX
 #define NG_GLTF_MAX_DEPTH 1024 // of the node hierarchy
 
-// ---- messages: "PATH: message"; each gives the result to return
-// --------------------------------------------
+// ---- messages: "PATH: message"; each gives the result to return ------------------------------------------
 void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRINTF(2, 3);
 #define ng_gltf_error(...)       (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_FORMAT)
 #define ng_gltf_unsupported(...) (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_UNSUPPORTED)
@@ -57,8 +56,7 @@ void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ..
 // Counts bytes that are about to be allocated against the limit.
 NG_NODISCARD ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what);
 
-// ---- gltf_accessor.c
-// ---------------------------------------------------------------------------------------
+// ---- gltf_accessor.c -------------------------------------------------------------------------------------
 #define GLTF_TYPE(t) (1u << ((t)-GLTF_I8))
 enum {
     GLTF_FLOATS = GLTF_TYPE(GLTF_F32),
@@ -82,9 +80,8 @@ NG_NODISCARD ng_result ng_gltf_read(struct gltf_loader *l, int accessor, const s
 NG_NODISCARD ng_result ng_gltf_view_bytes(const struct gltf_loader *l, int view, const unsigned char **data,
                                           size_t *size);
 
-// ---- gltf_extension.c
-// -------------------------------------------------------------------------------------- Null if `object`
-// (may be null) has no such member.
+// ---- gltf_extension.c ------------------------------------------------------------------------------------
+// Null if `object` (may be null) has no such member.
 const struct gltf_value *ng_gltf_member(const struct gltf_value *object, const char *key);
 // A member that is a whole number; `missing` where there is none.
 NG_NODISCARD ng_result ng_gltf_index_member(const struct gltf_loader *l, const struct gltf_value *object,
@@ -99,8 +96,7 @@ NG_NODISCARD ng_result ng_gltf_entity(struct gltf_loader *l, ng_entity parent, c
 NG_NODISCARD ng_result ng_gltf_components(struct gltf_loader *l, ng_entity e, const char *where,
                                           const struct gltf_value *extension, const char *special);
 
-// ---- gltf_material.c
-// ---------------------------------------------------------------------------------------
+// ---- gltf_material.c -------------------------------------------------------------------------------------
 NG_NODISCARD ng_result ng_gltf_materials(struct gltf_loader *l);
 // The image of a texture, loaded when it is first asked for.
 NG_NODISCARD ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture, bool srgb,
@@ -109,23 +105,20 @@ NG_NODISCARD ng_result ng_gltf_texture(struct gltf_loader *l, const char *where,
 NG_NODISCARD ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *uri,
                                        ng_asset *out);
 
-// ---- gltf_mesh.c, gltf_cage.c
-// ------------------------------------------------------------------------------
+// ---- gltf_mesh.c, gltf_cage.c ----------------------------------------------------------------------------
 NG_NODISCARD ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive,
                                      struct gltf_shape *out);
 // Reads NG_scene's "cage" into g->cage. `g` is as the file has it, before vertices are split.
 NG_NODISCARD ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
                                     struct ng_geometry *g);
 
-// ---- gltf_skin.c, gltf_animation.c
-// ------------------------------------------------------------------------- The skeleton of a skin, made when
-// it is first asked for; its joints must be nodes of the scene.
+// ---- gltf_skin.c, gltf_animation.c -----------------------------------------------------------------------
+// The skeleton of a skin, made when it is first asked for; its joints must be nodes of the scene.
 NG_NODISCARD ng_result ng_gltf_skin(struct gltf_loader *l, int skin, ng_asset *out);
 NG_NODISCARD ng_result ng_gltf_animations(struct gltf_loader *l);
 
-// ---- gltf_node.c, gltf_scale.c
-// ----------------------------------------------------------------------------- Checks the hierarchy and
-// makes an entity with a transform for each node of the scene.
+// ---- gltf_node.c, gltf_scale.c ---------------------------------------------------------------------------
+// Checks the hierarchy and makes an entity with a transform for each node of the scene.
 NG_NODISCARD ng_result ng_gltf_nodes(struct gltf_loader *l, const struct gltf_scene *scene);
 // What hangs on the nodes: meshes, cameras, lights, extensions.
 NG_NODISCARD ng_result ng_gltf_attachments(struct gltf_loader *l);

@@ -185,8 +185,7 @@ ng_result ng_gltf_nodes(struct gltf_loader *l, const struct gltf_scene *scene)
     return NG_OK;
 }
 
-// ---- attachments
-// -------------------------------------------------------------------------------------------
+// ---- attachments -----------------------------------------------------------------------------------------
 
 static ng_result attach_skin(struct gltf_loader *l, const char *where, const struct gltf_node *n,
                              const struct gltf_shape *shape, ng_entity e)

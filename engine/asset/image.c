@@ -82,8 +82,7 @@ ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height, e
     return NG_OK;
 }
 
-// ---- EXR as an image
-// -------------------------------------------------------------------------------------------
+// ---- EXR as an image -------------------------------------------------------------------------------------
 
 static ng_result exr_decode(const char *name, const void *data, size_t size,
                             const struct ng_image_params *params, struct ng_image *out)
@@ -113,8 +112,7 @@ static ng_result exr_decode(const char *name, const void *data, size_t size,
     return r;
 }
 
-// ---- any format
-// ----------------------------------------------------------------------------------------------
+// ---- any format ------------------------------------------------------------------------------------------
 
 typedef ng_result decode_fn(const char *, const void *, size_t, const struct ng_image_params *,
                             struct ng_image *);
@@ -149,8 +147,7 @@ ng_result ng_image_decode(const char *name, const void *data, size_t size,
     return NG_ERROR_FORMAT;
 }
 
-// ---- mip maps
-// --------------------------------------------------------------------------------------------------
+// ---- mip maps --------------------------------------------------------------------------------------------
 
 // The texels of the larger level that texel i of the smaller one covers along one axis.
 struct taps {

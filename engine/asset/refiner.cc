@@ -164,8 +164,7 @@ ng_result check(const ng_cage *c, const ng_refiner_params *p, const char *name)
     return NG_OK;
 }
 
-// ---- topology
-// -------------------------------------------------------------------------------------------------
+// ---- topology --------------------------------------------------------------------------------------------
 
 // Distinct UVs, so that corners with the same UV are joined.
 struct Uvs {
@@ -229,8 +228,7 @@ std::unique_ptr<Far::TopologyRefiner> make_topology(const ng_cage *c, const ng_r
     return refiner;
 }
 
-// ---- limit rows
-// -----------------------------------------------------------------------------------------------
+// ---- limit rows ------------------------------------------------------------------------------------------
 
 // A source of PrimvarRefiner::Limit: the stencil of a vertex of the last level.
 struct StencilSource {
@@ -322,8 +320,7 @@ void make_rows(const Far::TopologyRefiner &topology, ng_refiner *r, size_t cage_
     r->weights.shrink_to_fit();
 }
 
-// ---- output vertices
-// ------------------------------------------------------------------------------------------
+// ---- output vertices -------------------------------------------------------------------------------------
 
 struct Uv {
     float x, y;
@@ -499,8 +496,7 @@ ng_result build(const ng_cage *cage, const ng_refiner_params *params, const char
     return NG_OK;
 }
 
-// ---- applying
-// --------------------------------------------------------------------------------------------------
+// ---- applying --------------------------------------------------------------------------------------------
 
 struct Vec {
     float x, y, z;

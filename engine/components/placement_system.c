@@ -90,8 +90,7 @@ static ng_result push_dirty(struct placement_system *s, ng_entity e)
     return ng_array_push(&s->dirty, e) ? NG_OK : ng_out_of_memory("placements");
 }
 
-// ---- keeping transform and placement together
-// --------------------------------------------------------------
+// ---- keeping transform and placement together ------------------------------------------------------------
 static ng_result place_unplaced(struct placement_system *s, struct ng_world *world)
 {
     ng_result r = NG_OK;
@@ -116,8 +115,7 @@ static ng_result unplace_orphaned(struct placement_system *s, struct ng_world *w
     return r;
 }
 
-// ---- what changed
-// ------------------------------------------------------------------------------------------
+// ---- what changed ----------------------------------------------------------------------------------------
 static ng_result find_changed(struct placement_system *s)
 {
     ng_result r = NG_OK;
@@ -160,8 +158,7 @@ static ng_result run(void *user, struct ng_world *world, double time)
     return NG_OK;
 }
 
-// ---- life
-// --------------------------------------------------------------------------------------------------
+// ---- life ------------------------------------------------------------------------------------------------
 static void finish(void *user)
 {
     struct placement_system *s = user;

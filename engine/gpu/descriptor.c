@@ -6,8 +6,7 @@
 
 #define POOL_SETS 128
 
-// ---- Writes
-// ----------------------------------------------------------------------------------------------------
+// ---- Writes ----------------------------------------------------------------------------------------------
 
 static const struct ng_gpu_slot *find_slot(const struct ng_gpu_pipeline *p, uint32_t set, uint32_t binding)
 {
@@ -87,8 +86,7 @@ bool ng_gpu_fill_writes(const struct ng_gpu_pipeline *p, uint32_t set, const str
     return true;
 }
 
-// ---- Pools
-// -----------------------------------------------------------------------------------------------------
+// ---- Pools -----------------------------------------------------------------------------------------------
 
 ng_result ng_gpu_descriptor_pool(struct ng_gpu *gpu, bool can_free, VkDescriptorPool *out)
 {
@@ -146,8 +144,7 @@ ng_result ng_gpu_recorder_set(struct ng_gpu *gpu, struct ng_gpu_recorder *r, VkD
     }
 }
 
-// ---- Bind groups
-// -----------------------------------------------------------------------------------------------
+// ---- Bind groups -----------------------------------------------------------------------------------------
 
 static ng_result group_allocate(struct ng_gpu *gpu, struct ng_gpu_bind_group *group,
                                 VkDescriptorSetLayout layout)

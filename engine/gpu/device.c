@@ -14,8 +14,7 @@
 #define NO_DRIVER                                                                                            \
     "no Vulkan driver found; install one (Debian: mesa-vulkan-drivers, which runs on the CPU too)"
 
-// ---- Errors
-// ----------------------------------------------------------------------------------------------------
+// ---- Errors ----------------------------------------------------------------------------------------------
 
 const char *ng_gpu_vk_text(VkResult result)
 {
@@ -104,8 +103,7 @@ void ng_gpu_inject_faults(struct ng_gpu *gpu, const struct ng_gpu_faults *faults
     gpu->internal->faults = *faults;
 }
 
-// ---- Instance
-// --------------------------------------------------------------------------------------------------
+// ---- Instance --------------------------------------------------------------------------------------------
 
 static bool environment_flag(const char *name)
 {
@@ -254,8 +252,7 @@ uint32_t ng_gpu_validation_messages(const struct ng_gpu *gpu)
     return atomic_load(&gpu->internal->validation_messages);
 }
 
-// ---- What a device has
-// -----------------------------------------------------------------------------------------
+// ---- What a device has -----------------------------------------------------------------------------------
 
 struct features {
     VkPhysicalDeviceFeatures2 core;
@@ -430,8 +427,7 @@ ng_result ng_gpu_list(struct ng_gpu_info **out, uint32_t *count)
     return r;
 }
 
-// ---- The choice
-// ------------------------------------------------------------------------------------------------
+// ---- The choice ------------------------------------------------------------------------------------------
 
 static bool contains_ignoring_case(const char *text, const char *part)
 {
@@ -489,8 +485,7 @@ static uint32_t choose(const struct ng_gpu_info *infos, uint32_t count, const ch
     return best;
 }
 
-// ---- The device
-// ------------------------------------------------------------------------------------------------
+// ---- The device ------------------------------------------------------------------------------------------
 
 static ng_result pick_physical(struct ng_gpu *gpu, const char *wish)
 {

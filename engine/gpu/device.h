@@ -78,8 +78,7 @@ NG_NODISCARD ng_result ng_gpu_wait_idle(struct ng_gpu *gpu);
 // A test requires 0.
 uint32_t ng_gpu_validation_messages(const struct ng_gpu *gpu);
 
-// ---- Which devices there are
-// ---------------------------------------------------------------------------------
+// ---- Which devices there are -----------------------------------------------------------------------------
 
 struct ng_gpu_info {
     uint32_t index; // what --device and NG_DEVICE take
@@ -99,8 +98,7 @@ struct ng_gpu_info {
 // NG_ERROR_DEVICE.
 NG_NODISCARD ng_result ng_gpu_list(struct ng_gpu_info **out, uint32_t *count);
 
-// ---- What the device holds
-// -----------------------------------------------------------------------------------
+// ---- What the device holds -------------------------------------------------------------------------------
 
 struct ng_gpu_stats {
     uint64_t memory_reserved; // bytes of VkDeviceMemory
@@ -115,8 +113,7 @@ struct ng_gpu_stats {
 
 struct ng_gpu_stats ng_gpu_stats(const struct ng_gpu *gpu);
 
-// ---- For tests
-// -------------------------------------------------------------------------------------------------
+// ---- For tests -------------------------------------------------------------------------------------------
 
 // Failures to inject, so that the paths that nobody can provoke at will are tested.
 struct ng_gpu_faults {

@@ -14,8 +14,7 @@
 #define CHUNK_SIZE      ((uint64_t)1 << 20)
 #define CHUNK_ALIGNMENT 256 // the largest minimum alignment of uniform and storage offsets that Vulkan allows
 
-// ---- Recorders
-// -------------------------------------------------------------------------------------------------
+// ---- Recorders -------------------------------------------------------------------------------------------
 
 static ng_result recorder_init(struct ng_gpu *gpu, struct ng_gpu_recorder *r)
 {
@@ -113,8 +112,7 @@ void ng_gpu_frames_finish(struct ng_gpu *gpu)
     vkDestroySemaphore(gpu->device, in->timeline, NULL);
 }
 
-// ---- Submission
-// ------------------------------------------------------------------------------------------------
+// ---- Submission ------------------------------------------------------------------------------------------
 
 static bool fault_loses_device(struct ng_gpu *gpu)
 {
@@ -219,8 +217,7 @@ uint64_t ng_frame_number(const struct ng_gpu *gpu)
     return gpu->internal->frame_number;
 }
 
-// ---- Frames
-// ----------------------------------------------------------------------------------------------------
+// ---- Frames ----------------------------------------------------------------------------------------------
 
 static ng_result open_recorder(struct ng_gpu *gpu, struct ng_gpu_recorder *r, struct ng_cmd **cmd)
 {
@@ -287,8 +284,7 @@ ng_result ng_frame_end(struct ng_gpu *gpu, struct ng_cmd **cmd)
     return submit_open(gpu, true);
 }
 
-// ---- Commands outside a frame
-// ----------------------------------------------------------------------------------
+// ---- Commands outside a frame ----------------------------------------------------------------------------
 
 // The immediate recorder is used within an open frame too (a readback): it leaves `open` alone then.
 ng_result ng_gpu_once_begin(struct ng_gpu *gpu, struct ng_cmd **cmd)
@@ -332,8 +328,7 @@ ng_result ng_immediate_end(struct ng_gpu *gpu, struct ng_cmd **cmd)
     return ng_gpu_wait(gpu, in->immediate.serial);
 }
 
-// ---- Memory of the frame
-// ---------------------------------------------------------------------------------------
+// ---- Memory of the frame ---------------------------------------------------------------------------------
 
 // Makes the next chunk, one of at least `size` bytes, the one in use.
 static ng_result next_chunk(struct ng_gpu *gpu, struct ng_gpu_recorder *r, uint64_t size)

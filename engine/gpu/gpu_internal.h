@@ -125,8 +125,7 @@ struct ng_gpu_internal {
     uint64_t timings_frame;
 };
 
-// ---- device.c
-// ------------------------------------------------------------------------------------------------
+// ---- device.c --------------------------------------------------------------------------------------------
 
 // Turns a VkResult into an ng_result, and logs a failure: "gpu: cannot WHAT 'NAME': REASON". Marks the device
 // lost. Silent once the device is lost.
@@ -144,8 +143,7 @@ const char *ng_gpu_vk_text(VkResult result);
 #define NG_GPU_CREATE(gpu, call)                                                                             \
     NG_GPU_CALL(gpu, ng_gpu_fault_allocation(gpu) ? VK_ERROR_OUT_OF_DEVICE_MEMORY : (call))
 
-// ---- life.c
-// --------------------------------------------------------------------------------------------------
+// ---- life.c ----------------------------------------------------------------------------------------------
 
 void ng_gpu_live_add(struct ng_gpu *gpu, struct ng_gpu_live *live, enum ng_gpu_kind kind, const char *name);
 void ng_gpu_live_remove(struct ng_gpu_live *live);
@@ -161,8 +159,7 @@ void ng_gpu_retired_stamp(struct ng_gpu *gpu, uint64_t from, uint64_t serial);
 // Logs and destroys all objects left; the device is idle.
 void ng_gpu_live_finish(struct ng_gpu *gpu);
 
-// ---- the other files
-// -----------------------------------------------------------------------------------------
+// ---- the other files -------------------------------------------------------------------------------------
 
 void ng_gpu_memory_free_now(struct ng_gpu *gpu, const struct ng_gpu_memory *memory);
 void ng_gpu_memory_finish(struct ng_gpu *gpu);

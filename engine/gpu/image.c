@@ -173,8 +173,7 @@ void ng_gpu_image_drop_views(struct ng_gpu_image *image)
     image->view = VK_NULL_HANDLE;
 }
 
-// ---- Views
-// -----------------------------------------------------------------------------------------------------
+// ---- Views -----------------------------------------------------------------------------------------------
 
 static VkImageViewType view_type(const struct ng_gpu_image *image, uint32_t layers)
 {

@@ -74,8 +74,7 @@ static inline bool ng_gpu_format_is_depth(VkFormat format)
     return (ng_gpu_format_aspect(format) & VK_IMAGE_ASPECT_DEPTH_BIT) != 0;
 }
 
-// ---- Samplers
-// --------------------------------------------------------------------------------------------------
+// ---- Samplers --------------------------------------------------------------------------------------------
 
 struct ng_gpu_sampler_params {
     VkFilter filter;                                      // 0: nearest; both magnification and minification

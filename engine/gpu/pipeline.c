@@ -7,8 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// ---- Layouts
-// ---------------------------------------------------------------------------------------------------
+// ---- Layouts ---------------------------------------------------------------------------------------------
 
 static bool same_slots(const struct ng_gpu_set_layout *layout, const struct ng_gpu_slot *slots,
                        uint32_t count, bool push)
@@ -130,8 +129,7 @@ static ng_result layout_create(struct ng_gpu *gpu, struct ng_gpu_pipeline *p)
     return NG_OK;
 }
 
-// ---- Stages
-// ----------------------------------------------------------------------------------------------------
+// ---- Stages ----------------------------------------------------------------------------------------------
 
 static ng_result module_create(struct ng_gpu *gpu, struct ng_spirv code, const char *name,
                                VkShaderModule *out)
@@ -154,8 +152,7 @@ static VkPipelineShaderStageCreateInfo stage_info(VkShaderStageFlagBits stage, V
                                              .pName = "main"};
 }
 
-// ---- Creation
-// --------------------------------------------------------------------------------------------------
+// ---- Creation --------------------------------------------------------------------------------------------
 
 // An empty pipeline object, named and counted.
 static struct ng_gpu_pipeline *pipeline_new(struct ng_gpu *gpu, const char *name,

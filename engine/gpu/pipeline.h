@@ -112,8 +112,7 @@ NG_NODISCARD ng_result ng_gpu_compute_create(struct ng_gpu *gpu, const struct ng
                                              struct ng_gpu_pipeline **out);
 void ng_gpu_pipeline_destroy(struct ng_gpu_pipeline **pipeline);
 
-// ---- What goes into a slot
-// -------------------------------------------------------------------------------------
+// ---- What goes into a slot -------------------------------------------------------------------------------
 
 // Fill what the slot's type asks for; the rest is zero.
 struct ng_gpu_binding {

@@ -24,8 +24,7 @@ struct ng_swapchain_internal {
     bool has_image; // acquired and not presented
 };
 
-// ---- Choices
-// ---------------------------------------------------------------------------------------------------
+// ---- Choices ---------------------------------------------------------------------------------------------
 
 static ng_result choose_format(struct ng_gpu *gpu, struct ng_swapchain *s)
 {
@@ -69,8 +68,7 @@ static uint32_t clamp(uint32_t value, uint32_t low, uint32_t high)
     return value < low ? low : value > high ? high : value;
 }
 
-// ---- Making the images
-// -----------------------------------------------------------------------------------------
+// ---- Making the images -----------------------------------------------------------------------------------
 
 static ng_result semaphore_create(struct ng_swapchain *s, VkSemaphore *out)
 {
@@ -193,8 +191,7 @@ static ng_result rebuild(struct ng_swapchain *s)
     return NG_OK;
 }
 
-// ---- The interface
-// ---------------------------------------------------------------------------------------------
+// ---- The interface ---------------------------------------------------------------------------------------
 
 static ng_result setup(struct ng_swapchain *s, const struct ng_swapchain_params *params)
 {

@@ -12,8 +12,7 @@
 #define STAGING_ONCE      ((uint64_t)64 << 20) // bytes of buffers for single use before a submission is forced
 #define STAGING_ALIGNMENT 48                   // a multiple of every texel size and of 4
 
-// ---- The upload command buffer
-// ---------------------------------------------------------------------------------
+// ---- The upload command buffer ---------------------------------------------------------------------------
 
 ng_result ng_gpu_uploads_init(struct ng_gpu *gpu)
 {
@@ -117,8 +116,7 @@ VkCommandBuffer ng_gpu_uploads_take(struct ng_gpu *gpu, uint64_t serial)
     return commands;
 }
 
-// ---- Staging
-// ---------------------------------------------------------------------------------------------------
+// ---- Staging ---------------------------------------------------------------------------------------------
 
 struct staged {
     struct ng_gpu_buffer *buffer;
@@ -199,8 +197,7 @@ static ng_result stage_bytes(struct ng_gpu *gpu, const void *data, uint64_t size
     return r;
 }
 
-// ---- Buffers
-// ---------------------------------------------------------------------------------------------------
+// ---- Buffers ---------------------------------------------------------------------------------------------
 
 static bool within(uint64_t offset, uint64_t size, uint64_t whole)
 {
@@ -276,8 +273,7 @@ ng_result ng_readback_buffer(struct ng_gpu_buffer *buffer, uint64_t offset, void
     return r;
 }
 
-// ---- Images
-// ----------------------------------------------------------------------------------------------------
+// ---- Images ----------------------------------------------------------------------------------------------
 
 static uint64_t level_size(const struct ng_gpu_image *image, uint32_t mip, uint32_t layers)
 {

@@ -85,8 +85,7 @@ ng_result ng_layers_request(struct ng_graph *g, const char *name)
     return NG_OK;
 }
 
-// ---- Texels
-// --------------------------------------------------------------------------------------------------
+// ---- Texels ----------------------------------------------------------------------------------------------
 
 // IEEE 754 half to single, exact.
 static float half_to_float(uint16_t h)

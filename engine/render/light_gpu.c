@@ -43,8 +43,7 @@ static void set_matrix(struct ng_light_view_data *v, bool orthographic)
     m[15] = orthographic ? 1.0f : -glm_vec3_dot(v->axis_z, v->origin);
 }
 
-// ---- VPLs
-// ----------------------------------------------------------------------------------------------------
+// ---- VPLs ------------------------------------------------------------------------------------------------
 
 static void observe_vpls(const struct ng_light_source *s, struct ng_light_gpu *out)
 {
@@ -95,8 +94,7 @@ static void observe_softness(const struct ng_light_proxy *proxy, bool infinite, 
     d->soft_normal[2] = glm_vec3_dot(normal, d->up);
 }
 
-// ---- Views
-// ---------------------------------------------------------------------------------------------------
+// ---- Views -----------------------------------------------------------------------------------------------
 
 // Whether the light sends anything into a perspective view: intensity is largest at a corner for a flat
 // emitter.
@@ -260,8 +258,7 @@ void ng_light_gpu_set_face_size(struct ng_light_gpu *l, uint32_t face_size)
     }
 }
 
-// ---- Buffers
-// -------------------------------------------------------------------------------------------------
+// ---- Buffers ---------------------------------------------------------------------------------------------
 
 static ng_result put(struct ng_gpu *gpu, const void *data, size_t size, struct ng_frame_range *out)
 {

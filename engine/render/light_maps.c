@@ -49,8 +49,7 @@ struct ng_light_maps_provider {
     uint64_t frame;
 };
 
-// ---- Pipelines
-// -----------------------------------------------------------------------------------------------
+// ---- Pipelines -------------------------------------------------------------------------------------------
 
 static ng_result make_depth(struct ng_gpu *gpu, bool masked, struct ng_gpu_pipeline **out)
 {
@@ -145,8 +144,7 @@ void ng_light_maps_destroy(struct ng_light_maps_provider **provider)
     *provider = NULL;
 }
 
-// ---- Passes
-// --------------------------------------------------------------------------------------------------
+// ---- Passes ----------------------------------------------------------------------------------------------
 
 struct pass_data {
     struct ng_light_maps_provider *self;
@@ -200,8 +198,7 @@ static ng_result draw_surface(const struct ng_pass_context *ctx)
     return NG_OK;
 }
 
-// ---- A frame
-// -------------------------------------------------------------------------------------------------
+// ---- A frame ---------------------------------------------------------------------------------------------
 
 uint32_t ng_light_maps_face_size(uint64_t budget, uint32_t faces)
 {

@@ -125,8 +125,7 @@ void ng_renderer_destroy(struct ng_renderer **renderer)
     *renderer = NULL;
 }
 
-// ---- Passes
-// --------------------------------------------------------------------------------------------------
+// ---- Passes ----------------------------------------------------------------------------------------------
 
 struct pass_data {
     struct ng_renderer *r;
@@ -196,8 +195,7 @@ static void declare_present(struct ng_renderer *r, struct ng_gpu_image *target, 
     ng_pass_write(pass, data.to, NG_USE_COPY_DST);
 }
 
-// ---- A frame
-// -------------------------------------------------------------------------------------------------
+// ---- A frame ---------------------------------------------------------------------------------------------
 
 static void copy_name(char *to, size_t room, const char *from)
 {
@@ -274,8 +272,7 @@ struct ng_graph *ng_renderer_graph(struct ng_renderer *r)
     return r->graph;
 }
 
-// ---- For layers.c
-// --------------------------------------------------------------------------------------------
+// ---- For layers.c ----------------------------------------------------------------------------------------
 
 bool ng_renderer_was_requested(const struct ng_renderer *r, const char *layer)
 {

@@ -62,8 +62,7 @@ struct ng_render_params {
 NG_NODISCARD ng_result ng_renderer_frame(struct ng_renderer *renderer, struct ng_cmd **cmd,
                                          const struct ng_render_params *params);
 
-// ---- Results
-// -------------------------------------------------------------------------------------------------
+// ---- Results ---------------------------------------------------------------------------------------------
 
 // A layer of engine/README.md ("Layers of a picture"), or "display".
 struct ng_layer_info {

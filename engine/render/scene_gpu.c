@@ -67,8 +67,7 @@ struct ng_scene_gpu {
     struct ng_frame_range view_range, instance_range, material_range;
 };
 
-// ---- Vertex input
-// --------------------------------------------------------------------------------------------
+// ---- Vertex input ----------------------------------------------------------------------------------------
 
 #define MAX_STREAMS 5
 #define FLOAT2(n)                                                                                            \
@@ -123,8 +122,7 @@ void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_gra
     params->vertex_binding_count = params->vertex_attribute_count = s->count;
 }
 
-// ---- Life
-// ----------------------------------------------------------------------------------------------------
+// ---- Life ------------------------------------------------------------------------------------------------
 
 static ng_result make_texel(struct ng_scene_gpu *s, const char *name, uint32_t rgba,
                             struct ng_gpu_image **out)
@@ -181,8 +179,7 @@ void ng_scene_gpu_destroy(struct ng_scene_gpu **scene)
     *scene = NULL;
 }
 
-// ---- Meshes
-// --------------------------------------------------------------------------------------------------
+// ---- Meshes ----------------------------------------------------------------------------------------------
 
 static uint64_t stream_bytes(const struct ng_snapshot_mesh *m, enum stream stream)
 {
@@ -258,8 +255,7 @@ static ng_result update_mesh(struct ng_scene_gpu *s, uint32_t index)
     return r;
 }
 
-// ---- Textures
-// ------------------------------------------------------------------------------------------------
+// ---- Textures --------------------------------------------------------------------------------------------
 
 static ng_result upload_image(struct ng_scene_gpu *s, struct image_entry *e, const struct ng_image *image)
 {
@@ -376,8 +372,7 @@ static ng_result group_of(struct ng_scene_gpu *s, const struct ng_snapshot_mater
     return NG_OK;
 }
 
-// ---- A frame's data
-// ------------------------------------------------------------------------------------------
+// ---- A frame's data --------------------------------------------------------------------------------------
 
 static void drop_unused(struct ng_scene_gpu *s)
 {
@@ -581,8 +576,7 @@ struct ng_gpu_binding ng_scene_gpu_materials(const struct ng_scene_gpu *s, uint3
     return range_binding(&s->material_range, binding);
 }
 
-// ---- Drawing
-// -------------------------------------------------------------------------------------------------
+// ---- Drawing ---------------------------------------------------------------------------------------------
 
 // Planes of a clip volume, pointing inwards (Gribb and Hartmann 2001), for 0 <= z <= w.
 static void frustum_planes(const float *m, float planes[6][4])

@@ -66,8 +66,7 @@ ng_result ng_world_set_parent(struct ng_world *world, ng_entity e, ng_entity par
     return NG_OK;
 }
 
-// ---- asking: the root of the world answers to the null entity
-// ----------------------------------------------
+// ---- asking: the root of the world answers to the null entity --------------------------------------------
 static const struct ng_slot *find(const struct ng_world *world, ng_entity e)
 {
     static const struct ng_slot nowhere;

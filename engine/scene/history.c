@@ -11,8 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// ---- the set of values that the open transaction can restore already
-// ---------------------------------------
+// ---- the set of values that the open transaction can restore already -------------------------------------
 static uint64_t *place_of_key(const struct ng_history *h, uint64_t key)
 {
     size_t mask = h->saved.capacity - 1, i = ng_hash_u64(key) & mask;

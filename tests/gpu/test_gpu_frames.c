@@ -203,8 +203,7 @@ static void test_forgotten_objects_are_named(void **state)
     assert_non_null(strstr(log.text, "the buffer 'forgotten one'"));
 }
 
-// ---- Failures
-// --------------------------------------------------------------------------------------------------
+// ---- Failures --------------------------------------------------------------------------------------------
 
 // Makes one of everything and uses it; cleans up whatever happened. The first failure is returned.
 static ng_result make_everything(struct ng_gpu *gpu)

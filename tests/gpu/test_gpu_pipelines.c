@@ -46,8 +46,7 @@ static void barrier(struct ng_cmd *cmd, struct ng_gpu_image *image, VkImageLayou
     vkCmdPipelineBarrier2(cmd->handle, &d);
 }
 
-// ---- Compute
-// ---------------------------------------------------------------------------------------------------
+// ---- Compute ---------------------------------------------------------------------------------------------
 
 static struct ng_gpu_pipeline *make_compute(struct ng_gpu *gpu)
 {
@@ -136,8 +135,7 @@ static void test_wrong_bindings(void **state)
     gpu_test_end(gpu);
 }
 
-// ---- Drawing
-// ---------------------------------------------------------------------------------------------------
+// ---- Drawing ---------------------------------------------------------------------------------------------
 
 static const VkImageUsageFlags target_usage =
     VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;

@@ -88,8 +88,7 @@ static ng_result run_frame(const struct rig *r, struct ng_graph *g)
     return result;
 }
 
-// ---- Steps: target = source * mul + add + index of the texel, by each kind of pass
-// -----------------------------
+// ---- Steps: target = source * mul + add + index of the texel, by each kind of pass -----------------------
 
 struct step {
     const struct rig *rig;

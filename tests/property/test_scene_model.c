@@ -61,8 +61,7 @@ struct fuzz {
     bool exact_last; // a removal's value must be the one before the operation
 };
 
-// ---- the model
-// ---------------------------------------------------------------------------------------------
+// ---- the model -------------------------------------------------------------------------------------------
 static struct node *node_of(struct model *m, ng_entity id)
 {
     for (uint32_t i = 0; i < m->count; i++)
@@ -166,8 +165,7 @@ static void restamp(struct fuzz *f)
     f->may_all = false;
 }
 
-// ---- events
-// ------------------------------------------------------------------------------------------------
+// ---- events ----------------------------------------------------------------------------------------------
 static struct node *heard_of(struct fuzz *f, ng_entity id)
 {
     for (uint32_t i = 0; i < f->heard_count; i++)
@@ -194,8 +192,7 @@ static void hear(void *user, struct ng_world *world, const struct ng_event *even
         assert_memory_equal(event->last, &before->value[event->component], 4);
 }
 
-// ---- asking everything
-// -------------------------------------------------------------------------------------
+// ---- asking everything -----------------------------------------------------------------------------------
 static void check_children(struct fuzz *f, ng_entity parent)
 {
     ng_entity child = ng_world_first_child(f->world, parent), last = {0};
@@ -301,8 +298,7 @@ static void check(struct fuzz *f)
     assert_int_equal(ng_world_redo_label(f->world) != NULL, f->done < f->entries);
 }
 
-// ---- operations
-// --------------------------------------------------------------------------------------------
+// ---- operations ------------------------------------------------------------------------------------------
 #define OK(expr) assert_int_equal((expr), NG_OK)
 
 static uint32_t below(struct fuzz *f, uint32_t n)

@@ -10,8 +10,7 @@
 
 #include <math.h>
 
-// ---- the store
-// ---------------------------------------------------------------------------------------------
+// ---- the store -------------------------------------------------------------------------------------------
 
 static ng_asset add_image(struct ng_assets *a, uint32_t width)
 {
@@ -56,8 +55,7 @@ static void test_store(void **state)
     ng_assets_destroy(&a);
 }
 
-// ---- geometry
-// ----------------------------------------------------------------------------------------------
+// ---- geometry --------------------------------------------------------------------------------------------
 
 // Two triangles that share an edge and stand at a right angle.
 static struct ng_geometry make_fold(void)
@@ -101,8 +99,7 @@ static void test_degenerate_triangle(void **state)
     ng_geometry_finish(&g);
 }
 
-// ---- pictures
-// ----------------------------------------------------------------------------------------------
+// ---- pictures --------------------------------------------------------------------------------------------
 
 static void *read_back(const char *path, size_t *size)
 {

@@ -33,8 +33,7 @@ static int teardown(void **state)
     return 0;
 }
 
-// ---- field tables
-// ------------------------------------------------------------------------------------------
+// ---- field tables ----------------------------------------------------------------------------------------
 static void ids_are_the_names(void **state)
 {
     struct ng_world *world = *state;
@@ -87,8 +86,7 @@ static void defaults_are_valid(void **state)
     }
 }
 
-// ---- placements
-// --------------------------------------------------------------------------------------------
+// ---- placements ------------------------------------------------------------------------------------------
 static ng_entity at(struct ng_world *world, ng_entity parent, float x, float y, float z)
 {
     ng_entity e = ng_entity_create(world);

@@ -101,8 +101,7 @@ static float x_of(struct ng_world *world, ng_entity e)
     return p->x;
 }
 
-// ---- entities and values
-// -----------------------------------------------------------------------------------
+// ---- entities and values ---------------------------------------------------------------------------------
 static void stale_ids_are_found(void **state)
 {
     struct ng_world *world = *state;
@@ -184,8 +183,7 @@ static void components_are_checked(void **state)
     assert_true(ng_world_find_component(world, "tag", &id) && id == TAG);
 }
 
-// ---- fields
-// ------------------------------------------------------------------------------------------------
+// ---- fields ----------------------------------------------------------------------------------------------
 static void fields_are_typed_and_checked(void **state)
 {
     struct ng_world *world = *state;
@@ -230,8 +228,7 @@ static void fields_are_typed_and_checked(void **state)
     assert_true(got == 4); // no refusal changed anything
 }
 
-// ---- hierarchy
-// ---------------------------------------------------------------------------------------------
+// ---- hierarchy -------------------------------------------------------------------------------------------
 static void children_keep_their_order(void **state)
 {
     struct ng_world *world = *state;
@@ -285,8 +282,7 @@ static void deep_trees_are_walked_without_recursion(void **state)
     assert_true(ng_entity_alive(world, top));
 }
 
-// ---- ticks
-// -------------------------------------------------------------------------------------------------
+// ---- ticks -----------------------------------------------------------------------------------------------
 static void ticks_tell_what_changed_since(void **state)
 {
     struct ng_world *world = *state;
@@ -350,8 +346,7 @@ static void marks_after_a_stamp_are_later(void **state)
     assert_true(ng_world_stamp(world) >= ng_world_changed_at(world, e, POINT));
 }
 
-// ---- queries
-// -----------------------------------------------------------------------------------------------
+// ---- queries ---------------------------------------------------------------------------------------------
 static void terms_choose_tables(void **state)
 {
     struct ng_world *world = *state;
@@ -484,8 +479,7 @@ static void jobs_run_every_chunk_once(void **state)
     assert_true(ng_world_component_changed_at(world, POINT) > since);
 }
 
-// ---- events
-// ------------------------------------------------------------------------------------------------
+// ---- events ----------------------------------------------------------------------------------------------
 struct heard {
     char text[256];
 };
@@ -536,8 +530,7 @@ static void events_come_in_order_and_removal_has_the_value(void **state)
     logged("not registered");
 }
 
-// ---- history
-// -----------------------------------------------------------------------------------------------
+// ---- history ---------------------------------------------------------------------------------------------
 static void a_drag_is_one_entry(void **state)
 {
     struct ng_world *world = *state;
@@ -671,8 +664,7 @@ static void undo_passes_over_what_is_gone(void **state)
     assert_true(x_of(world, keep) == 6 && x_of(world, reused) == 7);
 }
 
-// ---- systems
-// -----------------------------------------------------------------------------------------------
+// ---- systems ---------------------------------------------------------------------------------------------
 static ng_result note(void *user, struct ng_world *world, double time)
 {
     NG_UNUSED(world);
