@@ -2,6 +2,7 @@
 // nodes, then animations, then what the file left out. Everything made is below one root entity or in
 // the list of added assets, so that a failure takes all of it back.
 #include "asset/gltf_loader_internal.h"
+#include "asset/image_internal.h"
 #include "base/file.h"
 #include "base/log.h"
 #include "components/components.h"
@@ -53,6 +54,9 @@ ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what
 
 bool ng_gltf_file_path(const char *document, const char *name, char *out, size_t size, const char **why)
 {
+    *why = "is a data: URI of another kind than base64 of image/png, image/jpeg or application/octet-stream";
+    if (strncmp(name, "data:", 5) == 0)
+        return false;
     *why = "is not a file in the document's directory or below";
     if (name[0] == 0 || name[0] == '/' || strchr(name, '\\') || strstr(name, "://"))
         return false;
@@ -76,15 +80,15 @@ bool ng_gltf_uri_path(const char *document, const char *uri, char *out, size_t s
 {
     char name[4096];
     size_t n = 0;
-    *why = "the name is too long";
-    for (const char *p = uri; *p; p++) {
-        if (n + 1 >= sizeof name)
-            return false;
+    for (const char *p = uri; *p && n + 1 < sizeof name; p++) {
         int high = *p == '%' ? hex_digit(p[1]) : -1, low = high >= 0 ? hex_digit(p[2]) : -1;
         name[n++] = low >= 0 ? (char)(high * 16 + low) : *p;
         p += low >= 0 ? 2 : 0;
     }
     name[n] = 0;
+    *why = "holds the character %00";
+    if (strlen(name) != n)
+        return false;
     return ng_gltf_file_path(document, name, out, size, why);
 }
 
@@ -182,7 +186,8 @@ static struct ng_gltf_params with_defaults(const struct ng_gltf_params *params)
 {
     struct ng_gltf_params p = params ? *params : (struct ng_gltf_params){0};
     p.max_file_size = p.max_file_size ? p.max_file_size : (uint64_t)1 << 30;
-    p.max_memory = p.max_memory ? p.max_memory : (uint64_t)2 << 30;
+    p.max_memory = p.max_memory ? p.max_memory : (uint64_t)1 << 30;
+    p.max_image_memory = p.max_image_memory ? p.max_image_memory : NG_IMAGE_MAX_MEMORY;
     p.max_entities = p.max_entities ? p.max_entities : 1u << 18;
     p.max_joints = p.max_joints ? p.max_joints : 4096;
     p.max_image_side = p.max_image_side ? p.max_image_side : 16384;

@@ -12,13 +12,15 @@
 struct ng_assets;
 struct ng_world;
 
-// Limits on what a file may ask for. Zero members take the default.
+// Limits on what a file may ask for. Zero members take the default: with these a small file, whatever is in
+// it, makes a load take at most about 1.5 GB.
 struct ng_gltf_params {
-    uint64_t max_file_size;  // bytes of any one file; 1 GiB
-    uint64_t max_memory;     // bytes of decoded geometry, images, clips, ... in all; 2 GiB
-    uint32_t max_entities;   // nodes, primitives, materials and clips together; 262,144
-    uint32_t max_joints;     // of one skin; 4,096
-    uint32_t max_image_side; // pixels, width or height; 16,384
+    uint64_t max_file_size;    // bytes of the document, of a picture, of all buffer files together; 1 GiB
+    uint64_t max_memory;       // bytes of decoded geometry, images, clips, ... in all; 1 GiB
+    uint64_t max_image_memory; // of that, bytes of any one image with its mips; 512 MiB
+    uint32_t max_entities;     // nodes, primitives, materials and clips together; 262,144
+    uint32_t max_joints;       // of one skin; 4,096
+    uint32_t max_image_side;   // pixels, width or height; 16,384
 };
 
 // What was loaded. All entities are descendants of `root`; destroying it removes them.

@@ -4,6 +4,7 @@
 #include "base/log.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -195,7 +196,9 @@ ng_result ng_gltf_read(struct gltf_loader *l, int index, const struct gltf_want 
         return ng_gltf_error(l, "accessor %d: %zu elements where %s needs %u", index, a->count, want->what,
                              want->count);
     size_t words = a->count * a->components;
-    NG_TRY(ng_gltf_budget(l, words * sizeof(union word), want->what));
+    char what[64];
+    snprintf(what, sizeof what, "accessor %d: %s", index, want->what);
+    NG_TRY(ng_gltf_budget(l, words * sizeof(union word), what));
     union word *items = calloc(words, sizeof *items);
     if (!items)
         return ng_out_of_memory(l->path);

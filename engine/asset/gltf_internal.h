@@ -1,7 +1,8 @@
 // A glTF document as plain C.
 //
-// gltf_parse.cc makes the document: it has checked that the JSON is JSON, neither too deep nor too large, and
-// no more than that. Indices are the file's (-1: absent) and may be out of range.
+// gltf_scan.cc has checked that the JSON is JSON, neither too deep nor too large, of a version that is
+// supported, and that its properties have the right types; gltf_parse.cc makes the document. Indices are the
+// file's (-1: absent) and may be out of range.
 #ifndef NG_ASSET_GLTF_INTERNAL_H
 #define NG_ASSET_GLTF_INTERNAL_H
 
@@ -119,7 +120,7 @@ struct gltf_light {
 
 struct gltf_skin {
     const char *name;
-    int inverse_bind;
+    int inverse_bind, skeleton; // skeleton: a node
     const int *joints;
     uint32_t joint_count;
 };
@@ -175,10 +176,18 @@ struct gltf_document {
     const char *const *required; // extensionsRequired
 };
 
+// What the JSON has of that which tinygltf checks itself.
+struct gltf_counts {
+    size_t buffers, views, accessors;
+};
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
+// Checks the JSON of a file.
+NG_NODISCARD ng_result ng_gltf_scan(const char *path, const char *text, size_t size,
+                                    struct gltf_counts *counts);
 // Reads and parses a file; buffers are read too, images are not.
 NG_NODISCARD ng_result ng_gltf_parse(const char *path, uint64_t max_file_size, struct gltf_document **out);
 void ng_gltf_document_destroy(struct gltf_document **doc);

@@ -27,22 +27,30 @@ static ng_result keep_image(struct gltf_loader *l, const char *name, struct ng_i
 static ng_result image_params(const struct gltf_loader *l, const char *what, struct ng_image_params *p)
 {
     p->max_side = l->limits.max_image_side;
-    p->max_memory = l->limits.max_memory - l->memory;
-    if (p->max_memory > 0)
+    uint64_t left = l->limits.max_memory - l->memory;
+    p->max_memory = left < l->limits.max_image_memory ? left : l->limits.max_image_memory;
+    if (left > 0)
         return NG_OK;
     ng_log_error("%s: %s: the scene's limit of memory is used up", l->path, what);
     return NG_ERROR_MEMORY;
 }
 
-static ng_result load_file(struct gltf_loader *l, const char *path, const struct ng_image_params *params,
-                           ng_asset *out)
+// A picture file beside the document; the image is named after it, messages also say who refers to it.
+static ng_result load_file(struct gltf_loader *l, const char *where, const char *uri,
+                           struct ng_image_params *params, ng_asset *out)
 {
+    char path[4096], name[4096];
+    const char *why;
+    if (!ng_gltf_uri_path(l->path, uri, path, sizeof path, &why))
+        return ng_gltf_error(l, "%s: \"%.60s\" %s", where, uri, why);
+    snprintf(name, sizeof name, "%.3000s: %.200s: %.800s", l->path, where, path);
+    NG_TRY(image_params(l, where, params));
     void *data;
     size_t size;
     struct ng_image image;
-    NG_TRY(ng_file_read(path, params->max_memory, &data, &size));
+    NG_TRY(ng_file_read_named(name, path, l->limits.max_file_size, &data, &size));
     l->out.hash = ng_hash_bytes(l->out.hash, data, size);
-    ng_result r = ng_image_decode(path, data, size, params, &image);
+    ng_result r = ng_image_decode(name, data, size, params, &image);
     free(data);
     return r == NG_OK ? keep_image(l, path, &image, out) : r;
 }
@@ -50,19 +58,15 @@ static ng_result load_file(struct gltf_loader *l, const char *path, const struct
 static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_params *params, ng_asset *out)
 {
     const struct gltf_image *image = &l->doc->images[index];
-    char name[4096];
-    snprintf(name, sizeof name, "%.3500s: image %d", l->path, index);
-    NG_TRY(image_params(l, name, params));
+    char where[32], name[4096];
+    snprintf(where, sizeof where, "image %d", index);
+    if (image->uri[0])
+        return load_file(l, where, image->uri, params, out);
+    snprintf(name, sizeof name, "%.3500s: %s", l->path, where);
+    NG_TRY(image_params(l, where, params));
     struct ng_image decoded;
     const unsigned char *data = image->data;
     size_t size = image->size;
-    if (image->uri[0]) {
-        char path[4096];
-        const char *why;
-        if (!ng_gltf_uri_path(l->path, image->uri, path, sizeof path, &why))
-            return ng_gltf_error(l, "image %d: \"%.200s\" %s", index, image->uri, why);
-        return load_file(l, path, params, out);
-    }
     if (image->view >= 0)
         NG_TRY(ng_gltf_view_bytes(l, image->view, &data, &size));
     NG_TRY(ng_image_decode(name, data, size, params, &decoded));
@@ -107,14 +111,9 @@ ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture,
 
 ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *uri, ng_asset *out)
 {
-    char path[4096];
-    const char *why;
-    if (!ng_gltf_uri_path(l->path, uri, path, sizeof path, &why))
-        return ng_gltf_error(l, "%s: \"%.200s\" %s", where, uri, why);
     // Around a latitude-longitude map u wraps, v does not.
     struct ng_image_params params = {.srgb = true, .repeat_u = true};
-    NG_TRY(image_params(l, where, &params));
-    return load_file(l, path, &params, out);
+    return load_file(l, where, uri, &params, out);
 }
 
 static ng_result use_texture(struct gltf_loader *l, const char *where, const struct gltf_texture_use *use,

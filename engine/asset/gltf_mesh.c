@@ -93,6 +93,7 @@ static ng_result read_skinning(struct gltf_loader *l, const struct gltf_primitiv
     if (has_attribute(p, "JOINTS_1"))
         ng_gltf_warn(l, &l->warned_influences, "%s: only the first 4 joints of a vertex are used", where);
     NG_TRY(read_weights(l, p, where, g));
+    NG_TRY(ng_gltf_budget(l, g->vertex_count * (uint64_t)8, where));
     uint32_t *joints;
     struct gltf_want want = {"JOINTS_0", GLTF_SMALL_UNSIGNED, 1u << 4, g->vertex_count, true};
     NG_TRY(ng_gltf_read(l, attribute(p, "JOINTS_0"), &want, &joints, NULL));

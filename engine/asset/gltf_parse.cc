@@ -1,9 +1,8 @@
 // tinygltf behind a plain C document.
 //
-// tinygltf builds its JSON tree by recursion, turns large integers into small ones, and drops some of what it
-// cannot read while only noting it in a message. So the JSON is first scanned by an event parser that
-// bounds depth, number of values and size of integers, and any message that tinygltf leaves is an error.
-// Images are not decoded here: their bytes or names are kept.
+// gltf_scan.cc has checked the JSON by then. tinygltf drops some of what it cannot read while only noting it
+// in a message, so any message that it leaves is an error. Images are not decoded here: their bytes or names
+// are kept.
 #define TINYGLTF_IMPLEMENTATION
 #define TINYGLTF_NO_STB_IMAGE
 #define TINYGLTF_NO_STB_IMAGE_WRITE
@@ -19,8 +18,9 @@ extern "C" {
 #include "base/log.h"
 }
 
+#include <algorithm>
 #include <climits>
-#include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -29,102 +29,6 @@ extern "C" {
 
 namespace
 {
-
-constexpr unsigned max_depth = 64;
-constexpr size_t max_values = 4u << 20;
-constexpr uint64_t max_json = 512u << 20;
-constexpr uint64_t max_integer = UINT32_MAX;
-
-// Bounds what the recursive parser will be given; "extras" may hold anything and is only bounded in depth.
-struct Scan : nlohmann::json_sax<nlohmann::json> {
-    std::string error;
-    unsigned depth = 0, extras_depth = 0;
-    size_t values = 0;
-
-    bool fail(std::string why)
-    {
-        error = std::move(why);
-        return false;
-    }
-    bool count()
-    {
-        return ++values <= max_values || fail("JSON of more than " + std::to_string(max_values) + " values");
-    }
-    bool open()
-    {
-        return ++depth <= max_depth
-                   ? count()
-                   : fail("JSON nested deeper than " + std::to_string(max_depth) + " levels");
-    }
-    bool close()
-    {
-        if (--depth < extras_depth)
-            extras_depth = 0;
-        return true;
-    }
-    bool number(bool fits, const std::string &text)
-    {
-        return (fits || extras_depth) ? count() : fail("the integer " + text + " is out of range");
-    }
-    bool null() override
-    {
-        return count();
-    }
-    bool boolean(bool) override
-    {
-        return count();
-    }
-    bool number_integer(number_integer_t v) override
-    {
-        return number(v >= INT32_MIN, std::to_string(v));
-    }
-    bool number_unsigned(number_unsigned_t v) override
-    {
-        return number(v <= max_integer, std::to_string(v));
-    }
-    bool number_float(number_float_t v, const string_t &text) override
-    {
-        return number(std::isfinite(v), text);
-    }
-    bool string(string_t &) override
-    {
-        return count();
-    }
-    bool binary(binary_t &) override
-    {
-        return count();
-    }
-    bool start_object(std::size_t) override
-    {
-        return open();
-    }
-    bool end_object() override
-    {
-        return close();
-    }
-    bool start_array(std::size_t) override
-    {
-        return open();
-    }
-    bool end_array() override
-    {
-        return close();
-    }
-    bool key(string_t &name) override
-    {
-        if (!extras_depth && name == "extras")
-            extras_depth = depth;
-        else if (extras_depth == depth)
-            extras_depth = 0;
-        return true;
-    }
-    bool parse_error(std::size_t position, const std::string &, const nlohmann::detail::exception &e) override
-    {
-        const char *reason = std::strstr(e.what(), "parse error");
-        return fail("malformed JSON at byte " + std::to_string(position) + ": " +
-                    (reason ? reason : e.what()));
-    }
-};
 
 struct Span {
     const char *begin;
@@ -170,24 +74,12 @@ bool find_json(const char *path, const unsigned char *data, size_t size, Span *o
     return true;
 }
 
-bool scan_json(const char *path, const Span &text)
-{
-    if (text.size > max_json) {
-        ng_log_error("%s: JSON of %zu bytes, more than the limit of %llu", path, text.size,
-                     (unsigned long long)max_json);
-        return false;
-    }
-    Scan scan;
-    if (nlohmann::json::sax_parse(text.begin, text.begin + text.size, &scan))
-        return true;
-    ng_log_error("%s: %s", path, scan.error.c_str());
-    return false;
-}
-
-// tinygltf's file access. The file's name arrives as JoinPath("", decoded uri).
+// tinygltf's file access. The file's name arrives as JoinPath("", decoded uri). A buffer is added to the
+// model once it was read, so their number is the index of the one that is being read.
 struct Files {
     const char *document;
-    uint64_t max_size;
+    const tinygltf::Model *model;
+    uint64_t left; // bytes that all buffers together may still have
     uint64_t *hash;
     ng_result result;
 };
@@ -195,22 +87,35 @@ struct Files {
 bool read_file(std::vector<unsigned char> *out, std::string *, const std::string &name, void *user)
 {
     Files *files = static_cast<Files *>(user);
-    char path[4096];
+    size_t index = files->model->buffers.size();
+    char path[4096], shown[4096];
     const char *why = nullptr;
-    if (!ng_gltf_file_path(files->document, name.c_str(), path, sizeof path, &why)) {
-        ng_log_error("%s: buffer \"%.200s\": %s", files->document, name.c_str(), why);
-        files->result = NG_ERROR_FORMAT;
+    files->result = NG_ERROR_FORMAT;
+    bool good = ng_gltf_file_path(files->document, name.c_str(), path, sizeof path, &why);
+    if (name.find('\0') != std::string::npos) {
+        good = false;
+        why = "holds the character %00";
+    }
+    if (!good) {
+        ng_log_error("%s: buffer %zu: \"%.60s\" %s", files->document, index, name.c_str(), why);
         return false;
     }
+    if (files->left == 0) {
+        ng_log_error("%s: buffer %zu: the limit of bytes of all buffers is used up", files->document, index);
+        files->result = NG_ERROR_MEMORY;
+        return false;
+    }
+    std::snprintf(shown, sizeof shown, "%.3500s: buffer %zu: %.500s", files->document, index, path);
     void *data = nullptr;
     size_t size = 0;
-    files->result = ng_file_read(path, files->max_size, &data, &size);
+    files->result = ng_file_read_named(shown, path, files->left, &data, &size);
     if (files->result != NG_OK)
         return false;
     std::unique_ptr<void, decltype(&std::free)> owner(data, std::free);
     const unsigned char *bytes = static_cast<const unsigned char *>(data);
     *files->hash = ng_hash_bytes(*files->hash, bytes, size);
     out->assign(bytes, bytes + size);
+    files->left -= size;
     return true;
 }
 
@@ -233,20 +138,41 @@ bool keep_image(tinygltf::Image *image, int, std::string *, std::string *, int, 
     return true;
 }
 
-// tinygltf calls an inverse bind matrix accessor required; glTF 2.0 does not.
+// tinygltf calls an inverse bind matrix accessor required; glTF 2.0 does not. It also repeats data: URIs in
+// full.
 std::string remaining_error(std::string text)
 {
     static const std::string harmless = "'inverseBindMatrices' property is missing in Skin.\n";
+    constexpr size_t shown = 60;
     for (size_t at; (at = text.find(harmless)) != std::string::npos;)
         text.erase(at, harmless.size());
-    return text.substr(0, text.find('\n'));
+    text.resize(std::min(text.find('\n'), text.size()));
+    size_t data = text.find("data:"), end = text.find(' ', data);
+    if (data != std::string::npos && std::min(end, text.size()) - data > shown)
+        text.replace(data + shown, std::min(end, text.size()) - data - shown, "...");
+    return text;
 }
 
-ng_result parse_model(const char *path, const unsigned char *data, size_t size, uint64_t max_file_size,
-                      tinygltf::Model *model, uint64_t *hash)
+// tinygltf reads these in this order, and adds an item to the model once it was read.
+std::string where_it_stopped(const tinygltf::Model &model, const gltf_counts &counts)
+{
+    const struct {
+        const char *what;
+        size_t read, count;
+    } parts[] = {{"buffer", model.buffers.size(), counts.buffers},
+                 {"buffer view", model.bufferViews.size(), counts.views},
+                 {"accessor", model.accessors.size(), counts.accessors}};
+    for (const auto &part : parts)
+        if (part.read < part.count)
+            return part.what + (" " + std::to_string(part.read) + ": ");
+    return "";
+}
+
+ng_result parse_model(const char *path, const unsigned char *data, size_t size, const gltf_counts &counts,
+                      uint64_t max_file_size, tinygltf::Model *model, uint64_t *hash)
 {
     *hash = ng_hash_bytes(0, data, size);
-    Files files = {path, max_file_size, hash, NG_OK};
+    Files files = {path, model, max_file_size, hash, NG_OK};
     tinygltf::TinyGLTF parser;
     parser.SetFsCallbacks({file_exists, same_path, read_file, nullptr, &files});
     parser.SetImageLoader(keep_image, nullptr);
@@ -260,7 +186,8 @@ ng_result parse_model(const char *path, const unsigned char *data, size_t size, 
     error = remaining_error(error);
     if (ok && error.empty())
         return NG_OK;
-    ng_log_error("%s: %s", path, error.empty() ? "not a glTF document" : error.c_str());
+    ng_log_error("%s: %s%.300s", path, where_it_stopped(*model, counts).c_str(),
+                 error.empty() ? "not a glTF document" : error.c_str());
     return NG_ERROR_FORMAT;
 }
 
@@ -461,7 +388,7 @@ struct Converter {
                               l.intensity,    l.spot.innerConeAngle, l.spot.outerConeAngle};
         });
         d->skins = map<gltf_skin>(m.skins, &d->skin_count, [](const tinygltf::Skin &s) {
-            return gltf_skin{s.name.c_str(), s.inverseBindMatrices, s.joints.data(),
+            return gltf_skin{s.name.c_str(), s.inverseBindMatrices, s.skeleton, s.joints.data(),
                              (uint32_t)s.joints.size()};
         });
         d->animations = map<gltf_animation>(m.animations, &d->animation_count,
@@ -479,11 +406,13 @@ ng_result parse_bytes(const char *path, const unsigned char *data, size_t size, 
                       gltf_document *doc)
 {
     Span text;
-    if (!find_json(path, data, size, &text) || !scan_json(path, text))
+    gltf_counts counts = {};
+    if (!find_json(path, data, size, &text))
         return NG_ERROR_FORMAT;
+    NG_TRY(ng_gltf_scan(path, text.begin, text.size, &counts));
     auto *model = new tinygltf::Model;
     doc->model = model;
-    NG_TRY(parse_model(path, data, size, max_file_size, model, &doc->hash));
+    NG_TRY(parse_model(path, data, size, counts, max_file_size, model, &doc->hash));
     Converter{&doc->arena}.document(*model, doc);
     return NG_OK;
 }

@@ -30,6 +30,19 @@ static uint32_t half_of(uint32_t side)
     return side > 1 ? side / 2 : 1;
 }
 
+// Bytes of all levels down to 1x1, and their number.
+static uint64_t mip_chain(uint32_t width, uint32_t height, enum ng_pixel_format format, uint32_t *levels)
+{
+    uint64_t size = 0;
+    *levels = 0;
+    for (uint32_t w = width, h = height;; w = half_of(w), h = half_of(h)) {
+        size += (uint64_t)w * h * ng_pixel_size(format);
+        ++*levels;
+        if (w == 1 && h == 1)
+            return size;
+    }
+}
+
 void *ng_image_level(const struct ng_image *image, uint32_t level, uint32_t *w, uint32_t *h)
 {
     uint32_t width = image->width, height = image->height;
@@ -60,14 +73,15 @@ ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height, e
         ng_log_error("%s: %u x %u pixels, more than the limit of %u a side", name, width, height, max_side);
         return NG_ERROR_MEMORY;
     }
-    // With its mips an image has at most 4/3 of the pixels, or twice as many if it is one pixel wide.
+    uint32_t levels;
     uint64_t size = (uint64_t)width * height * ng_pixel_size(format);
-    if (size * 2 > max_memory && size + size / 3 + 64 > max_memory) {
-        ng_log_error("%s: %u x %u pixels need %llu bytes, more than the limit of %llu", name, width, height,
-                     (unsigned long long)(size + size / 3), (unsigned long long)max_memory);
+    uint64_t full_size = params->no_mips ? size : mip_chain(width, height, format, &levels);
+    if (full_size > max_memory) {
+        ng_log_error("%s: %u x %u pixels need %llu bytes, more than the %llu that are allowed", name, width,
+                     height, (unsigned long long)full_size, (unsigned long long)max_memory);
         return NG_ERROR_MEMORY;
     }
-    out->pixels = calloc(1, (size_t)size);
+    out->pixels = calloc(1, (size_t)full_size);
     if (!out->pixels) {
         ng_log_error("%s: out of memory for %u x %u pixels", name, width, height);
         return NG_ERROR_MEMORY;
@@ -253,15 +267,8 @@ ng_result ng_image_make_mips(struct ng_image *image)
 {
     NG_REQUIRE(image->pixels && image->levels == 1, "the image must have one level");
     struct ng_image full = *image;
-    full.size = 0;
-    full.levels = 0;
-    for (uint32_t w = image->width, h = image->height;; w = half_of(w), h = half_of(h)) {
-        full.size += (size_t)w * h * ng_pixel_size(image->format);
-        full.levels++;
-        if (w == 1 && h == 1)
-            break;
-    }
-    full.pixels = realloc(image->pixels, full.size);
+    full.size = (size_t)mip_chain(image->width, image->height, image->format, &full.levels);
+    full.pixels = realloc(image->pixels, full.size); // the decoders left room: nothing moves
     if (!full.pixels) {
         ng_log_error("out of memory for the mip maps of %u x %u pixels", image->width, image->height);
         return NG_ERROR_MEMORY;

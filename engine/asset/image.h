@@ -10,7 +10,7 @@ struct ng_image_params {
     bool repeat_u, repeat_v;
     bool no_mips;        // level 0 alone
     uint32_t max_side;   // pixels; 16,384. Checked in the header, before anything is allocated
-    uint64_t max_memory; // bytes of the decoded image with its mips; 1 GiB
+    uint64_t max_memory; // bytes of the decoded image with its mips; 512 MiB
 };
 
 // On success the caller owns `out->pixels` (malloc), or gives the struct to ng_assets_take_image.

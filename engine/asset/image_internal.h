@@ -4,12 +4,13 @@
 
 #include "asset/image.h"
 
-// Checks a picture's size against the limits and allocates level 0; the message names the picture.
+// Checks a picture's size against the limits and allocates its pixels, of which level 0 is there: unless
+// params->no_mips there is room behind them for the mips. The message names the picture.
 NG_NODISCARD ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height,
                                          enum ng_pixel_format format, const struct ng_image_params *params,
                                          struct ng_image *out);
 
 #define NG_IMAGE_MAX_SIDE   16384u
-#define NG_IMAGE_MAX_MEMORY ((uint64_t)1 << 30)
+#define NG_IMAGE_MAX_MEMORY ((uint64_t)512 << 20)
 
 #endif

@@ -57,7 +57,8 @@ static bool reader_init(struct reader *r, const char *name, const void *data, si
     }
     png_set_read_fn(r->png, r, read_bytes);
     png_set_user_limits(r->png, PNG_UINT_31_MAX, PNG_UINT_31_MAX); // ng_image_allocate has the limits
-    png_set_chunk_malloc_max(r->png, 8u << 20);
+    png_set_chunk_malloc_max(r->png, 8u << 20);                    // a small chunk may unpack to this,
+    png_set_chunk_cache_max(r->png, 16);                           // and so many are kept
     return true;
 }
 

@@ -11,34 +11,34 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static ng_result io_error(const char *verb, const char *path)
+static ng_result io_error(const char *verb, const char *name)
 {
     int e = errno;
-    ng_log_error("%s: cannot %s: %s", path, verb, strerror(e));
+    ng_log_error("%s: cannot %s: %s", name, verb, strerror(e));
     return e == ENOENT ? NG_ERROR_NOT_FOUND : NG_ERROR_IO;
 }
 
-ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *size)
+ng_result ng_file_read_named(const char *name, const char *path, uint64_t limit, void **data, size_t *size)
 {
     if (limit == 0)
         limit = (uint64_t)4 << 30;
     // O_NONBLOCK: opening a pipe must fail below, not wait for a writer.
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0)
-        return io_error("open", path);
+        return io_error("open", name);
     struct stat st;
     if (fstat(fd, &st) != 0) {
-        ng_result r = io_error("read", path);
+        ng_result r = io_error("read", name);
         close(fd);
         return r;
     }
     if (!S_ISREG(st.st_mode)) {
-        ng_log_error("%s: is not a regular file", path);
+        ng_log_error("%s: is not a regular file", name);
         close(fd);
         return NG_ERROR_IO;
     }
     if ((uint64_t)st.st_size > limit) {
-        ng_log_error("%s: has %lld bytes, more than the limit of %llu", path, (long long)st.st_size,
+        ng_log_error("%s: has %lld bytes, more than the limit of %llu", name, (long long)st.st_size,
                      (unsigned long long)limit);
         close(fd);
         return NG_ERROR_MEMORY;
@@ -46,7 +46,7 @@ ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *si
     size_t want = (size_t)st.st_size, got = 0;
     unsigned char *p = malloc(want + 1);
     if (!p) {
-        ng_log_error("%s: out of memory for %zu bytes", path, want);
+        ng_log_error("%s: out of memory for %zu bytes", name, want);
         close(fd);
         return NG_ERROR_MEMORY;
     }
@@ -55,7 +55,7 @@ ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *si
         if (n < 0 && errno == EINTR)
             continue;
         if (n < 0) {
-            ng_result r = io_error("read", path);
+            ng_result r = io_error("read", name);
             free(p);
             close(fd);
             return r;
@@ -69,6 +69,11 @@ ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *si
     *data = p;
     *size = got;
     return NG_OK;
+}
+
+ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *size)
+{
+    return ng_file_read_named(path, path, limit, data, size);
 }
 
 static bool write_all(int fd, const unsigned char *p, size_t size)

@@ -11,6 +11,9 @@
 // Reads a regular file whole. `*data` is from malloc, owned by the caller, and followed by a zero byte that
 // is not counted. Files larger than `limit` bytes (0: 4 GiB) are refused before anything is allocated.
 NG_NODISCARD ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *size);
+// The same for a file that another one names: messages begin with `name` instead of the path.
+NG_NODISCARD ng_result ng_file_read_named(const char *name, const char *path, uint64_t limit, void **data,
+                                          size_t *size);
 
 // Writes to "path.tmp-PID", flushes to disk and renames: readers see the old file or the new one, never a
 // part. A symbolic link stays one, its target is replaced; devices and pipes are written to as they are.
