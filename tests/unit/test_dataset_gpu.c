@@ -232,8 +232,8 @@ static struct ng_stage *stage;
 static int open_stage(void **state)
 {
     NG_UNUSED(state);
-    return ng_stage_create(&(struct ng_stage_params){.scene = "content/chess/chess.glb", .threads = 2},
-                           &stage);
+    OK(ng_stage_create(&(struct ng_stage_params){.scene = "content/chess/chess.glb", .threads = 2}, &stage));
+    return 0;
 }
 
 static int close_stage(void **state)
