@@ -359,7 +359,8 @@ static void test_many_buffers(void **state)
     while (n + sizeof buffer + 2 < sizeof text)
         n += (size_t)snprintf(text + n, sizeof text - n, "%s", buffer);
     memset(text + n, ' ', sizeof text - n);
-    memcpy(text + sizeof text - 2, "]}", 2);
+    text[sizeof text - 2] = ']';
+    text[sizeof text - 1] = '}';
     char path[512];
     test_path(path, sizeof path, "buffers.gltf");
     assert_int_equal(ng_file_write(path, text, sizeof text), NG_OK);
