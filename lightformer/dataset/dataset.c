@@ -49,7 +49,7 @@ static ng_result check_params(const struct lf_dataset_params *p)
     return NG_OK;
 }
 
-// Words of a file name go into JSON: what would have to be escaped there becomes a dash.
+// Control characters of a name have no place in a header: they become dashes.
 static void put_setting(struct lf_settings *s, int *at, const char *key, const char *format, ...)
     NG_PRINTF(4, 5);
 
@@ -62,7 +62,7 @@ static void put_setting(struct lf_settings *s, int *at, const char *key, const c
     va_end(args);
     snprintf(note->key, sizeof note->key, "%s", key);
     for (char *c = note->value; *c; c++)
-        if (*c == '"' || *c == '\\' || (unsigned char)*c < 0x20)
+        if ((unsigned char)*c < 0x20)
             *c = '-';
 }
 

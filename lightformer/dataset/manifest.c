@@ -4,9 +4,9 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "lightformer/dataset/json_reader.h"
+#include "lightformer/dataset/text_internal.h"
 
 #include <inttypes.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -162,44 +162,41 @@ ng_result lf_manifest_read(const char *directory, struct lf_manifest *out)
     return NG_ERROR_FORMAT;
 }
 
-// Bytes of text that grow; settings are words without quotes or backslashes.
-struct text {
-    NG_ARRAY(char) bytes;
-    bool failed; // out of memory
-};
-
-static void NG_PRINTF(2, 3) put(struct text *t, const char *format, ...)
+static void put_shard(struct lf_text *t, const struct lf_shard *s)
 {
-    char line[512];
-    va_list args;
-    va_start(args, format);
-    int n = vsnprintf(line, sizeof line, format, args);
-    va_end(args);
-    size_t at = t->bytes.count;
-    if (n < 0 || (size_t)n >= sizeof line || !ng_array_resize(&t->bytes, at + (size_t)n))
-        t->failed = true;
-    else
-        memcpy(t->bytes.items + at, line, (size_t)n);
+    char path[64], numbers[128];
+    t->failed |= !lf_shard_path("", s, path, sizeof path);
+    snprintf(numbers, sizeof numbers,
+             ", \"first_seed\": %" PRIu64 ", \"samples\": %u, \"hash\": \"%016" PRIx64 "\"}", s->first_seed,
+             s->samples, s->hash);
+    lf_text_put(t, "\n    {\"file\": ");
+    lf_text_quote(t, ng_path_name(path));
+    lf_text_put(t, numbers);
+}
+
+static void put_manifest(struct lf_text *t, const struct lf_manifest *m)
+{
+    lf_text_put(t, "{\n  \"settings\": {");
+    for (int i = 0; i < LF_SETTING_COUNT; i++) {
+        lf_text_put(t, i ? ",\n    " : "\n    ");
+        lf_text_quote(t, m->settings.items[i].key);
+        lf_text_put(t, ": ");
+        lf_text_quote(t, m->settings.items[i].value);
+    }
+    lf_text_put(t, "\n  },\n  \"shards\": [");
+    for (size_t i = 0; i < m->shards.count; i++) {
+        lf_text_put(t, i ? "," : "");
+        put_shard(t, &m->shards.items[i]);
+    }
+    lf_text_put(t, "\n  ]\n}\n");
 }
 
 ng_result lf_manifest_write(const char *directory, const struct lf_manifest *m)
 {
-    char path[4096], shard_path[4096];
-    struct text t = {0};
-    put(&t, "{\n  \"settings\": {");
-    for (int i = 0; i < LF_SETTING_COUNT; i++)
-        put(&t, "%s\n    \"%s\": \"%s\"", i ? "," : "", m->settings.items[i].key, m->settings.items[i].value);
-    put(&t, "\n  },\n  \"shards\": [");
-    for (size_t i = 0; i < m->shards.count; i++) {
-        const struct lf_shard *s = &m->shards.items[i];
-        t.failed |= !lf_shard_path("", s, shard_path, sizeof shard_path);
-        put(&t,
-            "%s\n    {\"file\": \"%s\", \"first_seed\": %" PRIu64 ", \"samples\": %u, \"hash\": \"%016" PRIx64
-            "\"}",
-            i ? "," : "", ng_path_name(shard_path), s->first_seed, s->samples, s->hash);
-    }
-    put(&t, "\n  ]\n}\n");
-    ng_result result = NG_OK;
+    char path[4096];
+    struct lf_text t = {0};
+    ng_result result;
+    put_manifest(&t, m);
     if (t.failed || !manifest_path(directory, path, sizeof path))
         result = ng_out_of_memory("the manifest of a data set");
     else

@@ -50,7 +50,8 @@ static bool is_back(const struct ng_snapshot *s, const struct lf_hit *hit)
 static bool is_free(const struct lf_scene_sampler *self, const float eye[3])
 {
     for (int i = 0; i < 27; i++) {
-        vec3 direction = {(float)(i % 3 - 1), (float)(i / 3 % 3 - 1), (float)(i / 9 - 1)};
+        int x = i % 3 - 1, y = i / 3 % 3 - 1, z = i / 9 - 1;
+        vec3 direction = {(float)x, (float)y, (float)z};
         struct lf_ray ray = {.far = INFINITY};
         struct lf_hit hit;
         if (i == 13)

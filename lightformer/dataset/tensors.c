@@ -6,6 +6,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "lightformer/dataset/json_reader.h"
+#include "lightformer/dataset/text_internal.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -116,68 +117,41 @@ static uint64_t hash_file(unsigned char *file, size_t size)
 
 // ---- writing ---------------------------------------------------------------------------------------------
 
-struct text {
-    NG_ARRAY(char) bytes;
-    bool failed; // out of memory
-};
-
-static void put(struct text *t, const char *s)
-{
-    size_t n = strlen(s), at = t->bytes.count;
-    if (t->failed || !ng_array_resize(&t->bytes, at + n))
-        t->failed = true;
-    else
-        memcpy(t->bytes.items + at, s, n);
-}
-
-static void put_quoted(struct text *t, const char *s)
-{
-    char c[3] = {0};
-    put(t, "\"");
-    for (; *s; s++) {
-        bool escape = *s == '"' || *s == '\\';
-        c[0] = escape ? '\\' : (unsigned char)*s < 0x20 ? ' ' : *s;
-        c[1] = escape ? *s : 0;
-        put(t, c);
-    }
-    put(t, "\"");
-}
-
-static void put_tensor(struct text *t, const struct lf_tensor *tensor, uint64_t offset)
+static void put_tensor(struct lf_text *t, const struct lf_tensor *tensor, uint64_t offset)
 {
     char number[96];
-    put(t, ",");
-    put_quoted(t, tensor->name);
-    put(t, ":{\"dtype\":");
-    put_quoted(t, dtypes[tensor->dtype].name);
-    put(t, ",\"shape\":[");
+    lf_text_put(t, ",");
+    lf_text_quote(t, tensor->name);
+    lf_text_put(t, ":{\"dtype\":");
+    lf_text_quote(t, dtypes[tensor->dtype].name);
+    lf_text_put(t, ",\"shape\":[");
     for (uint32_t i = 0; i < tensor->rank; i++) {
         snprintf(number, sizeof number, "%s%" PRIu64, i ? "," : "", tensor->shape[i]);
-        put(t, number);
+        lf_text_put(t, number);
     }
     snprintf(number, sizeof number, "],\"data_offsets\":[%" PRIu64 ",%" PRIu64 "]}", offset,
              offset + tensor->size);
-    put(t, number);
+    lf_text_put(t, number);
 }
 
-static void put_header(struct text *text, const struct lf_tensors *t)
+static void put_header(struct lf_text *text, const struct lf_tensors *t)
 {
     uint64_t offset = 0;
-    put(text, HEAD "0000000000000000\"");
+    lf_text_put(text, HEAD "0000000000000000\"");
     for (size_t i = 0; i < t->notes.count; i++) {
-        put(text, ",");
-        put_quoted(text, t->notes.items[i].key);
-        put(text, ":");
-        put_quoted(text, t->notes.items[i].value);
+        lf_text_put(text, ",");
+        lf_text_quote(text, t->notes.items[i].key);
+        lf_text_put(text, ":");
+        lf_text_quote(text, t->notes.items[i].value);
     }
-    put(text, "}");
+    lf_text_put(text, "}");
     for (size_t i = 0; i < t->list.count; i++) {
         put_tensor(text, &t->list.items[i], offset);
         offset += t->list.items[i].size;
     }
-    put(text, "}");
+    lf_text_put(text, "}");
     while (!text->failed && text->bytes.count % 8)
-        put(text, " ");
+        lf_text_put(text, " ");
 }
 
 // Wide elements first, otherwise in the order in which they were added.
@@ -199,7 +173,7 @@ static ng_result sort_by_width(struct lf_tensors *t)
 
 static ng_result assemble(const struct lf_tensors *t, const char *path, unsigned char **out, size_t *size)
 {
-    struct text header = {0};
+    struct lf_text header = {0};
     put_header(&header, t);
     *size = 8 + header.bytes.count + (size_t)t->bytes;
     unsigned char *file = header.failed ? NULL : malloc(*size);

@@ -234,7 +234,9 @@ static bool moves_children(const struct lf_variations *self, ng_entity e)
 {
     static const struct ng_transform identity = {.rotation = {0, 0, 0, 1}, .scale = {1, 1, 1}};
     const struct ng_transform *t = ng_world_get(self->world, e, NG_TRANSFORM);
-    return t && memcmp(t, &identity, sizeof identity) != 0;
+    return t && (!glm_vec3_eqv((float *)t->translation, (float *)identity.translation) ||
+                 !glm_vec4_eqv((float *)t->rotation, (float *)identity.rotation) ||
+                 !glm_vec3_eqv((float *)t->scale, (float *)identity.scale));
 }
 
 static ng_result check_camera(const struct lf_variations *self, const struct item *item)
@@ -328,9 +330,9 @@ void lf_variations_destroy(struct lf_variations **variations)
     free(self);
 }
 
-uint32_t lf_variations_count(const struct lf_variations *self)
+uint32_t lf_variations_count(const struct lf_variations *v)
 {
-    return (uint32_t)self->items.count;
+    return (uint32_t)v->items.count;
 }
 
 // ---- drawing ---------------------------------------------------------------------------------------------

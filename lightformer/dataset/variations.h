@@ -25,7 +25,7 @@ struct lf_variations;
 // below a transform, two variations of one field).
 NG_NODISCARD ng_result lf_variations_create(struct ng_world *world, struct lf_variations **out);
 void lf_variations_destroy(struct lf_variations **variations);
-uint32_t lf_variations_count(const struct lf_variations *variations);
+uint32_t lf_variations_count(const struct lf_variations *v);
 
 struct lf_variations_apply_params {
     uint64_t seed;
