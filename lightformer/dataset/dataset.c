@@ -9,7 +9,6 @@
 #include "lightformer/dataset/sampler.h"
 
 #include <inttypes.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -50,17 +49,10 @@ static ng_result check_params(const struct lf_dataset_params *p)
 }
 
 // Control characters of a name have no place in a header: they become dashes.
-static void put_setting(struct lf_settings *s, int *at, const char *key, const char *format, ...)
-    NG_PRINTF(4, 5);
-
-static void put_setting(struct lf_settings *s, int *at, const char *key, const char *format, ...)
+static void put_word(struct lf_tensor_note *note, const char *key, const char *value)
 {
-    struct lf_tensor_note *note = &s->items[(*at)++];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(note->value, sizeof note->value, format, args);
-    va_end(args);
     snprintf(note->key, sizeof note->key, "%s", key);
+    snprintf(note->value, sizeof note->value, "%s", value);
     for (char *c = note->value; *c; c++)
         if ((unsigned char)*c < 0x20)
             *c = '-';
@@ -68,18 +60,25 @@ static void put_setting(struct lf_settings *s, int *at, const char *key, const c
 
 static void make_settings(const struct lf_dataset_params *p, struct lf_settings *s)
 {
-    int at = 0;
-    put_setting(s, &at, "format", "1");
-    put_setting(s, &at, "program", "%s", p->program);
-    put_setting(s, &at, "scene", "%s", p->scene);
-    put_setting(s, &at, "scene_hash", "%016" PRIx64, p->scene_hash);
-    put_setting(s, &at, "size", "%u", p->size);
-    put_setting(s, &at, "crop", "%u", p->crop);
-    put_setting(s, &at, "crops", "%u", p->crops);
-    put_setting(s, &at, "spp", "%u", p->spp);
-    put_setting(s, &at, "vpls", "%u", p->vpls);
-    put_setting(s, &at, "camera", "%s", p->camera ? p->camera : "");
-    put_setting(s, &at, "time", "%.9g", p->time);
+    const struct {
+        const char *key;
+        uint32_t value;
+    } numbers[] = {
+        {"size", p->size}, {"crop", p->crop}, {"crops", p->crops}, {"spp", p->spp}, {"vpls", p->vpls}};
+    struct lf_tensor_note *note = s->items;
+    char word[32];
+    put_word(note++, "format", "1");
+    put_word(note++, "program", p->program);
+    put_word(note++, "scene", p->scene);
+    snprintf(word, sizeof word, "%016" PRIx64, p->scene_hash);
+    put_word(note++, "scene_hash", word);
+    for (size_t i = 0; i < NG_COUNT(numbers); i++) {
+        snprintf(word, sizeof word, "%u", numbers[i].value);
+        put_word(note++, numbers[i].key, word);
+    }
+    put_word(note++, "camera", p->camera ? p->camera : "");
+    snprintf(word, sizeof word, "%.9g", p->time);
+    put_word(note, "time", word);
 }
 
 // A folder holds one data set: its manifest has to have these settings.
