@@ -87,9 +87,9 @@ static uint64_t time_frames(void (*frame)(struct ng_jobs *, struct character *),
 
 int main(void)
 {
-    struct character *characters = malloc(CHARACTERS * sizeof *characters);
+    static struct character characters[CHARACTERS];
     struct ng_jobs *jobs = NULL;
-    if (!characters || ng_jobs_create(NULL, &jobs) != NG_OK)
+    if (ng_jobs_create(NULL, &jobs) != NG_OK)
         return 1;
     for (uint64_t i = 0; i < CHARACTERS; i++)
         make_character(&characters[i], i);
@@ -104,6 +104,5 @@ int main(void)
     printf(" \"ratios\": {\"one_thread_to_copy\": %.2f, \"all_threads_to_one\": %.2f}}\n",
            (double)one / (double)copy, (double)all / (double)one);
     ng_jobs_destroy(&jobs);
-    free(characters);
     return 0;
 }

@@ -68,7 +68,8 @@ static struct ng_geometry strip(uint32_t n)
     g.indices = calloc(g.index_count, sizeof(uint32_t));
     assert_true(g.positions && g.indices);
     for (uint32_t i = 0; i < g.vertex_count; i++) {
-        g.positions[i * 3] = (float)(i / 2);
+        uint32_t column = i / 2;
+        g.positions[i * 3] = (float)column;
         g.positions[i * 3 + 1] = (float)(i % 2);
     }
     for (uint32_t i = 0; i < n; i++) {
@@ -413,8 +414,10 @@ static void test_skinned_positions(void **state)
     const struct ng_snapshot_mesh *m = mesh_of(n, e);
     assert_true(m->dynamic);
     assert_null(m->previous_positions);
-    for (uint32_t i = 0; i < m->vertex_count; i++) // joints at rest: as it was made
-        NEAR(m->positions[i * 3], i / 2, 1e-5);
+    for (uint32_t i = 0; i < m->vertex_count; i++) { // joints at rest: as it was made
+        uint32_t column = i / 2;
+        NEAR(m->positions[i * 3], column, 1e-5);
+    }
     uint64_t key = m->key, revision = m->revision;
     static float before[2 * (QUADS + 1) * 3];
     memcpy(before, m->positions, sizeof before);
@@ -425,7 +428,8 @@ static void test_skinned_positions(void **state)
     assert_true(m->key == key && m->revision > revision);
     assert_memory_equal(m->previous_positions, before, sizeof before);
     for (uint32_t i = 0; i < m->vertex_count; i++) {
-        float x = (float)(i / 2), weight = 1 - fabsf(x / QUADS * 2 - 1);
+        uint32_t column = i / 2;
+        float x = (float)column, weight = 1 - fabsf(x / QUADS * 2 - 1);
         NEAR(m->positions[i * 3], x + 4 * weight, 1e-4);
     }
     const struct ng_snapshot_instance *instance = instance_of(n, e);
