@@ -469,7 +469,7 @@ static void vary_things(struct chess *s, int group)
                             .min = {0, -3.14},
                             .max = {0, 3.14}});
     for (int i = 0; i < DANCERS; i++) {
-        char turn[24], stretch[24];
+        char turn[24], stretch[32];
         snprintf(turn, sizeof turn, "vary-turn-%d", i);
         snprintf(stretch, sizeof stretch, "vary-stretch-%d", i);
         vary_add(&s->glb, group,
