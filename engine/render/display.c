@@ -3,7 +3,7 @@
 
 #include "base/log.h"
 #include "render/frame.h"
-#include "render/passes_internal.h"
+#include "render/passes.h"
 #include "render/scene_gpu.h"
 
 #include "compose.frag.spv.h"

@@ -4,7 +4,7 @@
 #include "base/log.h"
 #include "components/light_environment.h"
 #include "render/frame.h"
-#include "render/passes_internal.h"
+#include "render/passes.h"
 #include "render/scene_gpu.h"
 
 #include "background.frag.spv.h"

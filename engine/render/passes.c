@@ -1,4 +1,4 @@
-#include "render/passes_internal.h"
+#include "render/passes.h"
 
 #include "fullscreen.vert.spv.h"
 

@@ -5,7 +5,7 @@
 
 #include "render/frame.h"
 #include "render/light_gpu.h"
-#include "render/passes_internal.h"
+#include "render/passes.h"
 #include "render/scene_gpu.h"
 
 #include "direct.frag.spv.h"

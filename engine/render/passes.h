@@ -1,6 +1,6 @@
-// What the passes of this folder share.
-#ifndef NG_RENDER_PASSES_INTERNAL_H
-#define NG_RENDER_PASSES_INTERNAL_H
+// What passes are written with: textures from the graph, and pipelines that cover the picture.
+#ifndef NG_RENDER_PASSES_H
+#define NG_RENDER_PASSES_H
 
 #include "gpu/pipeline.h"
 #include "graph/graph.h"
