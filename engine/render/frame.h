@@ -54,7 +54,7 @@ struct ng_light_maps {
     struct ng_graph_ref normal;     // RGBA16F, the same: shading normal towards the light
     struct ng_graph_ref flux;       // RGBA32F, the same: reflected flux, W
     bool redrawn;                   // in this frame; otherwise it is the last result
-    const struct ng_light_gpu *gpu; // scene_gpu.h: what shaders need of the light
+    const struct ng_light_gpu *gpu; // light_gpu.h: what shaders need of the light
 };
 extern const struct ng_item_type ng_light_maps_item;
 
