@@ -1,0 +1,125 @@
+// A network: a program (README.md) with its weights, and what runs it.
+//
+//     struct lf_net *net;
+//     NG_TRY(lf_net_load("chess.safetensors", &net));
+//     NG_TRY(lf_net_executor_create(&(struct lf_net_executor_params){.net = net, .jobs = jobs}, &executor));
+//     // once a light that is new or changed:
+//     NG_TRY(lf_net_encode_light(executor, encoding, &light_inputs));   // its vpl, texel and light values
+//     // where the light, the camera or anything on screen changed:
+//     NG_TRY(lf_net_encode_view(executor, encoding, &frame, &view_inputs)); // its pictures
+//     // every frame:
+//     NG_TRY(lf_net_gather(executor, &frame, encodings, count, &picture));
+//
+// The network is immutable and may be shared. An executor and its encodings belong to one thread at a time; it
+// works on the threads of `jobs`. Memory grows on the first frames of a size and is then reused.
+#ifndef LF_NET_NET_H
+#define LF_NET_NET_H
+
+#include "base/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct lf_net;
+struct lf_net_executor;
+struct lf_net_encoding; // what is kept of a light from frame to frame
+struct ng_jobs;
+
+enum lf_net_domain {
+    LF_DOMAIN_FRAME,
+    LF_DOMAIN_LIGHT,
+    LF_DOMAIN_VPL,
+    LF_DOMAIN_TEXEL,
+    LF_DOMAIN_PIXEL,
+    LF_DOMAIN_VIEW,
+};
+
+enum lf_net_input {
+#define LF_INPUT(id, name, domain, channels, when) LF_INPUT_##id,
+#include "lightformer/net/inputs.inc"
+#undef LF_INPUT
+    LF_INPUT_COUNT
+};
+
+struct lf_net_input_info {
+    const char *name;
+    enum lf_net_domain domain;
+    uint32_t channels;
+    bool gather; // only the gather may read it
+};
+extern const struct lf_net_input_info lf_net_inputs[LF_INPUT_COUNT];
+
+// Errors, logged: those of ng_file_read; NG_ERROR_FORMAT: not a network, or one that this program cannot run,
+// and why.
+NG_NODISCARD ng_result lf_net_load(const char *path, struct lf_net **out);
+void lf_net_destroy(struct lf_net **net);
+// Whether the program reads an input: what it does not read need not be computed.
+bool lf_net_reads(const struct lf_net *net, enum lf_net_input input);
+// A word of the file's metadata ("family", "preset", "training", ...), or null.
+const char *lf_net_note(const struct lf_net *net, const char *key);
+uint64_t lf_net_parameters(const struct lf_net *net); // how many numbers were learned
+
+// How numbers are multiplied. The fastest that the CPU has is chosen unless a lower one is asked for; the
+// results of the fp32 ones differ by rounding alone.
+enum lf_net_kernel {
+    LF_KERNEL_AUTO,
+    LF_KERNEL_PLAIN,  // fp32, portable C
+    LF_KERNEL_AVX2,   // fp32, FMA
+    LF_KERNEL_AVX512, // fp32
+    LF_KERNEL_BF16,   // AVX-512 bf16 products, fp32 sums
+    LF_KERNEL_AMX,    // the same on AMX tiles
+};
+
+struct lf_net_executor_params {
+    const struct lf_net *net;  // needed, borrowed
+    struct ng_jobs *jobs;      // borrowed; null: the calling thread
+    enum lf_net_kernel kernel; // NG_ERROR_UNSUPPORTED, logged, where the CPU does not have it
+};
+NG_NODISCARD ng_result lf_net_executor_create(const struct lf_net_executor_params *params,
+                                              struct lf_net_executor **out);
+void lf_net_executor_destroy(struct lf_net_executor **executor);
+enum lf_net_kernel lf_net_executor_kernel(const struct lf_net_executor *executor);
+const char *lf_net_kernel_name(enum lf_net_kernel kernel); // "avx512"
+
+NG_NODISCARD ng_result lf_net_encoding_create(struct lf_net_executor *executor, struct lf_net_encoding **out);
+void lf_net_encoding_destroy(struct lf_net_encoding **encoding);
+
+// Input values by enum lf_net_input; null is all zeros. Rows: [channels][count]. Pictures:
+// [channels][height][width]. Only those of the domains that a call names are read.
+struct lf_net_values {
+    const float *of[LF_INPUT_COUNT];
+};
+
+struct lf_net_light_inputs {
+    const struct lf_net_values *values; // light, vpl, texel (and frame) inputs
+    uint32_t vpl_count, texel_count;
+};
+NG_NODISCARD ng_result lf_net_encode_light(struct lf_net_executor *executor, struct lf_net_encoding *encoding,
+                                           const struct lf_net_light_inputs *inputs);
+
+struct lf_net_picture {
+    uint32_t width, height;
+    const struct lf_net_values *values; // frame and pixel inputs
+};
+// `view`: inputs of domain view. lf_net_encode_light comes first.
+NG_NODISCARD ng_result lf_net_encode_view(struct lf_net_executor *executor, struct lf_net_encoding *encoding,
+                                          const struct lf_net_picture *frame, const struct lf_net_values *view);
+
+// What the gather reads of a light, beside its encoding.
+struct lf_net_gathered {
+    const struct lf_net_encoding *encoding;
+    const struct lf_net_values *values; // inputs of domain light that only the gather may read; view inputs
+                                        // that the gather part of the program reads
+};
+
+// Planes of 3 channels, [3][height][width], radiance W/(sr m2); null: not wanted.
+struct lf_net_radiance {
+    float *unshadowed, *direct, *indirect;
+};
+// No light gives black.
+NG_NODISCARD ng_result lf_net_gather(struct lf_net_executor *executor, const struct lf_net_picture *frame,
+                                     const struct lf_net_gathered *lights, uint32_t light_count,
+                                     const struct lf_net_radiance *out);
+
+#endif
