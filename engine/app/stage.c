@@ -153,6 +153,7 @@ ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *fra
         .width = frame->width || !window ? frame->width : window->width,
         .height = frame->height || !window ? frame->height : window->height,
         .method = frame->method,
+        .shown = frame->shown,
         .layers = frame->layers,
         .layer_count = frame->layer_count,
         .overlay = frame->overlay,

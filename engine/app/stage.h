@@ -52,6 +52,7 @@ struct ng_stage_frame {
     uint32_t width, height; // of the picture, pixels; 0: the window's size
     // As in struct ng_render_params:
     const char *method;
+    struct ng_shown shown;
     const char *const *layers;
     uint32_t layer_count;
     struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph, struct ng_graph_ref display);

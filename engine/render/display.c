@@ -1,4 +1,5 @@
-// The passes "compose" and "tone map".
+// The passes "compose", which makes a method's beauty, and "tone map", which makes what is shown of one layer
+// or of two.
 #include "render/display.h"
 
 #include "base/log.h"
@@ -9,49 +10,90 @@
 #include "compose.frag.spv.h"
 #include "tonemap.frag.spv.h"
 
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+
+// What a layer is made of.
+enum source { BEAUTY, UNSHADOWED, DIRECT, INDIRECT, EMISSION, DIFFUSE, SPECULAR, NORMAL, NONE };
+
+static const struct shown_layer {
+    const char *name;
+    enum source source, divisor;
+    uint32_t encoding; // NG_SHOWN_*
+} layers[] = {
+    {"beauty", BEAUTY, NONE, NG_SHOWN_RADIANCE},         {"direct", DIRECT, NONE, NG_SHOWN_RADIANCE},
+    {"unshadowed", UNSHADOWED, NONE, NG_SHOWN_RADIANCE}, {"shadow", DIRECT, UNSHADOWED, NG_SHOWN_RATIO},
+    {"indirect", INDIRECT, NONE, NG_SHOWN_RADIANCE},     {"emission", EMISSION, NONE, NG_SHOWN_RADIANCE},
+    {"albedo", DIFFUSE, NONE, NG_SHOWN_PLAIN},           {"specular", SPECULAR, NONE, NG_SHOWN_PLAIN},
+    {"normal", NORMAL, NONE, NG_SHOWN_DIRECTION},        {"roughness", NORMAL, NONE, NG_SHOWN_W},
+};
+
+const char *ng_display_layer(uint32_t index)
+{
+    return index < NG_COUNT(layers) ? layers[index].name : NULL;
+}
+
+static const struct shown_layer *find_layer(const char *name)
+{
+    for (size_t i = 0; i < NG_COUNT(layers); i++)
+        if (strcmp(layers[i].name, name) == 0)
+            return &layers[i];
+    return NULL;
+}
 
 struct ng_display {
     struct ng_gpu *gpu;
     struct ng_gpu_pipeline *compose, *tonemap;
 };
 
+#define TEXTURE(n)                                                                                           \
+    {                                                                                                        \
+        .binding = (n), .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER                                    \
+    }
+
+static ng_result make_compose(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
+{
+    static const struct ng_gpu_slot slots[] = {TEXTURE(0), TEXTURE(1), TEXTURE(2)};
+    return ng_fullscreen_create(
+        gpu,
+        &(struct ng_gpu_graphics_params){.name = "compose",
+                                         .fragment = NG_SPIRV(ng_spv_compose_frag),
+                                         .slots = slots,
+                                         .slot_count = NG_COUNT(slots),
+                                         .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT},
+                                         .color_count = 1},
+        out);
+}
+
+static ng_result make_tonemap(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
+{
+    static const struct ng_gpu_slot slots[] = {{.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+                                               TEXTURE(1),
+                                               TEXTURE(2),
+                                               TEXTURE(3),
+                                               TEXTURE(4)};
+    return ng_fullscreen_create(gpu,
+                                &(struct ng_gpu_graphics_params){.name = "tone map",
+                                                                 .fragment = NG_SPIRV(ng_spv_tonemap_frag),
+                                                                 .slots = slots,
+                                                                 .slot_count = NG_COUNT(slots),
+                                                                 .push_size = sizeof(struct ng_display_data),
+                                                                 .color_formats = {VK_FORMAT_R8G8B8A8_UNORM},
+                                                                 .color_count = 1},
+                                out);
+}
+
 ng_result ng_display_create(struct ng_gpu *gpu, struct ng_display **out)
 {
-    static const struct ng_gpu_slot compose_slots[] = {
-        {.binding = 0, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-        {.binding = 1, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-        {.binding = 2, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-    };
-    static const struct ng_gpu_slot tonemap_slots[] = {
-        {.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
-        {.binding = 1, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-    };
     *out = NULL;
     struct ng_display *self = calloc(1, sizeof *self);
     if (!self)
         return ng_out_of_memory("the display");
     self->gpu = gpu;
-    ng_result r = ng_fullscreen_create(
-        gpu,
-        &(struct ng_gpu_graphics_params){.name = "compose",
-
-                                         .fragment = NG_SPIRV(ng_spv_compose_frag),
-                                         .slots = compose_slots,
-                                         .slot_count = NG_COUNT(compose_slots),
-                                         .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT},
-                                         .color_count = 1},
-        &self->compose);
+    ng_result r = make_compose(gpu, &self->compose);
     if (r == NG_OK)
-        r = ng_fullscreen_create(gpu,
-                                 &(struct ng_gpu_graphics_params){.name = "tone map",
-
-                                                                  .fragment = NG_SPIRV(ng_spv_tonemap_frag),
-                                                                  .slots = tonemap_slots,
-                                                                  .slot_count = NG_COUNT(tonemap_slots),
-                                                                  .color_formats = {VK_FORMAT_R8G8B8A8_UNORM},
-                                                                  .color_count = 1},
-                                 &self->tonemap);
+        r = make_tonemap(gpu, &self->tonemap);
     if (r != NG_OK)
         ng_display_destroy(&self);
     *out = self;
@@ -69,34 +111,6 @@ void ng_display_destroy(struct ng_display **display)
     *display = NULL;
 }
 
-struct pass_data {
-    const struct ng_display *self;
-    const struct ng_frame_info *frame;
-    struct ng_graph_ref direct, indirect, emission, beauty;
-};
-
-static ng_result compose(const struct ng_pass_context *ctx)
-{
-    const struct pass_data *d = ctx->data;
-    const struct ng_gpu_binding bindings[] = {ng_pass_texture(ctx, d->direct, 0),
-                                              d->indirect.id ? ng_pass_texture(ctx, d->indirect, 1)
-                                                             : ng_scene_gpu_black(d->frame->scene, 1),
-                                              ng_pass_texture(ctx, d->emission, 2)};
-    NG_TRY(ng_cmd_bind(ctx->cmd, d->self->compose, bindings, NG_COUNT(bindings)));
-    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
-    return NG_OK;
-}
-
-static ng_result tone_map(const struct ng_pass_context *ctx)
-{
-    const struct pass_data *d = ctx->data;
-    const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(d->frame->scene, 0),
-                                              ng_pass_texture(ctx, d->beauty, 1)};
-    NG_TRY(ng_cmd_bind(ctx->cmd, d->self->tonemap, bindings, NG_COUNT(bindings)));
-    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
-    return NG_OK;
-}
-
 static struct ng_graph_ref picture(struct ng_graph *g, const struct ng_frame_info *frame, const char *name,
                                    VkFormat format)
 {
@@ -105,41 +119,182 @@ static struct ng_graph_ref picture(struct ng_graph *g, const struct ng_frame_inf
         &(struct ng_graph_image_params){.format = format, .width = frame->width, .height = frame->height});
 }
 
-static struct ng_pass *add_pass(struct ng_graph *g, const char *name, ng_pass_fn run,
-                                const struct pass_data *data)
+// A texture of the pass, or black for what there is not.
+static struct ng_gpu_binding texture_or_black(const struct ng_pass_context *ctx, struct ng_scene_gpu *scene,
+                                              struct ng_graph_ref ref, uint32_t binding)
 {
-    return ng_graph_add_pass(
-        g, &(struct ng_pass_params){
-               .name = name, .kind = NG_PASS_RASTER, .run = run, .data = data, .data_size = sizeof *data});
+    return ref.id ? ng_pass_texture(ctx, ref, binding) : ng_scene_gpu_black(scene, binding);
 }
 
-ng_result ng_display_declare(struct ng_display *display, struct ng_composer *composer,
-                             struct ng_display_result *out)
+static void read_if_any(struct ng_pass *pass, struct ng_graph_ref ref)
+{
+    if (ref.id)
+        ng_pass_read(pass, ref, NG_USE_SAMPLED);
+}
+
+// ---- Beauty ----------------------------------------------------------------------------------------------
+
+struct compose_data {
+    const struct ng_display *self;
+    struct ng_scene_gpu *scene;
+    struct ng_graph_ref direct, indirect, emission;
+};
+
+static ng_result compose(const struct ng_pass_context *ctx)
+{
+    const struct compose_data *d = ctx->data;
+    const struct ng_gpu_binding bindings[] = {texture_or_black(ctx, d->scene, d->direct, 0),
+                                              texture_or_black(ctx, d->scene, d->indirect, 1),
+                                              ng_pass_texture(ctx, d->emission, 2)};
+    NG_TRY(ng_cmd_bind(ctx->cmd, d->self->compose, bindings, NG_COUNT(bindings)));
+    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
+    return NG_OK;
+}
+
+// The beauty of a method, under the names given.
+static struct ng_graph_ref declare_compose(const struct ng_display *self, struct ng_composer *composer,
+                                           const struct ng_radiance *radiance, const char *pass_name,
+                                           const char *image_name)
 {
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
     const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
-    const struct ng_radiance *radiance = ng_composer_get(composer, &ng_radiance_item, 0);
-    if (!radiance) {
-        ng_log_error("method \"%s\": nothing in this program computes it; use \"raster\"", frame->method);
-        return NG_ERROR_NOT_FOUND;
-    }
-    struct pass_data data = {.self = display,
-                             .frame = frame,
-                             .direct = radiance->direct,
-                             .indirect = radiance->indirect,
-                             .emission = gbuffer->emission};
-    struct ng_pass *pass = add_pass(g, "compose", compose, &data);
-    ng_pass_read(pass, data.direct, NG_USE_SAMPLED);
-    if (data.indirect.id)
-        ng_pass_read(pass, data.indirect, NG_USE_SAMPLED);
+    struct compose_data data = {.self = self,
+                                .scene = frame->scene,
+                                .direct = radiance->direct,
+                                .indirect = radiance->indirect,
+                                .emission = gbuffer->emission};
+    struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = pass_name,
+                                                                         .kind = NG_PASS_RASTER,
+                                                                         .run = compose,
+                                                                         .data = &data,
+                                                                         .data_size = sizeof data});
+    read_if_any(pass, data.direct);
+    read_if_any(pass, data.indirect);
     ng_pass_read(pass, data.emission, NG_USE_SAMPLED);
-    data.beauty =
-        ng_pass_write(pass, picture(g, frame, "beauty", VK_FORMAT_R32G32B32A32_SFLOAT), NG_USE_COLOR);
+    return ng_pass_write(pass, picture(g, frame, image_name, VK_FORMAT_R32G32B32A32_SFLOAT), NG_USE_COLOR);
+}
 
-    pass = add_pass(g, "tone map", tone_map, &data);
-    ng_pass_read(pass, data.beauty, NG_USE_SAMPLED);
-    out->beauty = data.beauty;
-    out->color = ng_pass_write(pass, picture(g, frame, "display", VK_FORMAT_R8G8B8A8_UNORM), NG_USE_COLOR);
+// ---- What is shown ---------------------------------------------------------------------------------------
+
+// One side of a comparison, or the whole picture.
+struct side {
+    struct ng_graph_ref map, divisor; // zero: there is none
+    uint32_t encoding;
+};
+
+struct tonemap_data {
+    const struct ng_display *self;
+    struct ng_scene_gpu *scene;
+    struct side left, right;
+    struct ng_display_data push;
+};
+
+static ng_result tone_map(const struct ng_pass_context *ctx)
+{
+    const struct tonemap_data *d = ctx->data;
+    const struct ng_gpu_binding bindings[] = {
+        ng_scene_gpu_view(d->scene, 0), texture_or_black(ctx, d->scene, d->left.map, 1),
+        texture_or_black(ctx, d->scene, d->left.divisor, 2), texture_or_black(ctx, d->scene, d->right.map, 3),
+        texture_or_black(ctx, d->scene, d->right.divisor, 4)};
+    NG_TRY(ng_cmd_bind(ctx->cmd, d->self->tonemap, bindings, NG_COUNT(bindings)));
+    ng_cmd_push(ctx->cmd, d->self->tonemap, &d->push, sizeof d->push);
+    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
+    return NG_OK;
+}
+
+static struct side make_side(const struct shown_layer *layer, const struct ng_gbuffer *gbuffer,
+                             const struct ng_radiance *radiance, struct ng_graph_ref beauty)
+{
+    const struct ng_graph_ref sources[NONE + 1] = {
+        [BEAUTY] = beauty,
+        [UNSHADOWED] = radiance->unshadowed,
+        [DIRECT] = radiance->direct,
+        [INDIRECT] = radiance->indirect,
+        [EMISSION] = gbuffer->emission,
+        [DIFFUSE] = gbuffer->diffuse,
+        [SPECULAR] = gbuffer->specular,
+        [NORMAL] = gbuffer->normal,
+    };
+    return (struct side){sources[layer->source], sources[layer->divisor], layer->encoding};
+}
+
+static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struct ng_composer *composer,
+                                            const struct ng_shown *shown, const struct side *left,
+                                            const struct side *right)
+{
+    struct ng_graph *g = ng_composer_graph(composer);
+    const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
+    struct tonemap_data data = {.self = self,
+                                .scene = frame->scene,
+                                .left = *left,
+                                .right = *right,
+                                .push = {.encoding = left->encoding,
+                                         .other_encoding = right->encoding,
+                                         .comparison = shown->comparison,
+                                         .divider = shown->divider * (float)frame->width}};
+    struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "tone map",
+                                                                         .kind = NG_PASS_RASTER,
+                                                                         .run = tone_map,
+                                                                         .data = &data,
+                                                                         .data_size = sizeof data});
+    read_if_any(pass, left->map);
+    read_if_any(pass, left->divisor);
+    read_if_any(pass, right->map);
+    read_if_any(pass, right->divisor);
+    return ng_pass_write(pass, picture(g, frame, "display", VK_FORMAT_R8G8B8A8_UNORM), NG_USE_COLOR);
+}
+
+// ---- The frame -------------------------------------------------------------------------------------------
+
+static ng_result find_radiance(struct ng_composer *composer, const char *method,
+                               const struct ng_radiance **out)
+{
+    const struct ng_radiance *radiance;
+    for (size_t i = 0; (radiance = ng_composer_get(composer, &ng_radiance_item, i)); i++) {
+        if (strcmp(radiance->method, method) == 0) {
+            *out = radiance;
+            return NG_OK;
+        }
+    }
+    ng_log_error("method \"%s\": nothing in this program computes it; use \"raster\"", method);
+    return NG_ERROR_NOT_FOUND;
+}
+
+static ng_result choose_layer(const char *name, const struct shown_layer **out)
+{
+    *out = find_layer(name);
+    if (*out)
+        return NG_OK;
+    ng_log_error("layer \"%s\" cannot be shown", name);
+    return NG_ERROR_NOT_FOUND;
+}
+
+ng_result ng_display_declare(struct ng_display *self, struct ng_composer *composer,
+                             const struct ng_shown *shown, struct ng_display_result *out)
+{
+    const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
+    const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
+    const char *name = shown->layer ? shown->layer : "beauty";
+    const struct shown_layer *layer;
+    NG_TRY(choose_layer(name, &layer));
+    NG_TRY(find_radiance(composer, frame->method, &out->radiance));
+    out->beauty = declare_compose(self, composer, out->radiance, "compose", "beauty");
+    struct side left = make_side(layer, gbuffer, out->radiance, out->beauty),
+                right = {.encoding = left.encoding};
+
+    if (shown->comparison) {
+        const char *other_method = frame->other_method ? frame->other_method : frame->method;
+        const struct ng_radiance *radiance;
+        NG_TRY(choose_layer(shown->other_layer ? shown->other_layer : name, &layer));
+        NG_TRY(find_radiance(composer, other_method, &radiance));
+        struct ng_graph_ref beauty = out->beauty;
+        if (radiance != out->radiance)
+            beauty = declare_compose(self, composer, radiance, "compose:other", "beauty:other");
+        right = make_side(layer, gbuffer, radiance, beauty);
+    }
+    out->shows[0] = left.map.id != 0;
+    out->shows[1] = right.map.id != 0;
+    out->color = declare_tone_map(self, composer, shown, &left, &right);
     return NG_OK;
 }

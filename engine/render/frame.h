@@ -3,7 +3,7 @@
 //     ng_frame_item        one a frame, from the renderer: the snapshot and where its data is on the GPU
 //     ng_gbuffer_item      one a frame, from the G-buffer provider: what the camera sees
 //     ng_light_maps_item   one a light, from the light-maps provider: its reflective shadow map
-//     ng_radiance_item     one a frame, from the method that was chosen: what arrives at the camera
+//     ng_radiance_item     one from each method that the frame wants: what arrives at the camera
 //
 // A method (raster here, others elsewhere) is a provider that consumes the first three and publishes the
 // last.
@@ -13,6 +13,8 @@
 #include "graph/provider.h"
 #include "render/snapshot.h"
 #include "shaders/shared/scene.h"
+
+#include <string.h>
 
 struct ng_scene_gpu;
 
@@ -25,9 +27,17 @@ struct ng_frame_info {
     const struct ng_snapshot *snapshot;
     struct ng_scene_gpu *scene; // render/scene_gpu.h: buffers and draws of the snapshot
     uint32_t width, height;
-    const char *method; // name of the method that is to publish radiance
+    const char *method;       // name of the method whose picture this is
+    const char *other_method; // of the one that it is compared with; null: none
 };
 extern const struct ng_item_type ng_frame_item;
+
+// Whether the method of that name is to publish radiance in this frame.
+static inline bool ng_frame_wants(const struct ng_frame_info *frame, const char *method)
+{
+    return strcmp(frame->method, method) == 0 ||
+           (frame->other_method && strcmp(frame->other_method, method) == 0);
+}
 
 // All of the picture's size. "Surface" pixels have position.w = 1, others 0 throughout except emission.
 struct ng_gbuffer {
@@ -58,8 +68,10 @@ struct ng_light_maps {
 };
 extern const struct ng_item_type ng_light_maps_item;
 
-// Radiance without emission, at pixel centres. Refs that a method does not compute are zero.
+// Radiance without emission, at pixel centres. Refs that a method does not compute are zero. The method NAME
+// calls its images "NAME/unshadowed", "NAME/direct" and "NAME/indirect": so layers find them in the graph.
 struct ng_radiance {
+    const char *method;             // name of the one that publishes
     struct ng_graph_ref unshadowed; // RGBA32F: T_l
     struct ng_graph_ref direct;     // RGBA32F: T_d
     struct ng_graph_ref indirect;   // RGBA32F: T_i

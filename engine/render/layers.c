@@ -4,6 +4,7 @@
 #include "base/log.h"
 
 #include <assert.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,7 +13,7 @@ enum source { SOURCE_COPY, SOURCE_W, SOURCE_DEPTH, SOURCE_RATIO };
 
 static const struct layer {
     struct ng_layer_info info;
-    const char *resource; // of the graph
+    const char *resource; // of the graph; "radiance/...": the method's own (render/frame.h)
     enum source source;
 } layers[] = {
     {{"beauty", {"R", "G", "B"}, false, "radiance: direct + indirect + emission, W/(sr m2)"},
@@ -68,7 +69,29 @@ const struct ng_layer_info *ng_renderer_find_layer(const char *name)
     return l ? &l->info : NULL;
 }
 
-ng_result ng_layers_request(struct ng_graph *g, const char *name)
+#define RADIANCE "radiance/"
+
+static bool is_radiance(const char *resource)
+{
+    return strncmp(resource, RADIANCE, strlen(RADIANCE)) == 0;
+}
+
+struct resource_name {
+    char text[64];
+};
+
+// What the graph calls a resource of the table above.
+static struct resource_name name_in_graph(const char *resource, const char *method)
+{
+    struct resource_name name;
+    if (is_radiance(resource))
+        snprintf(name.text, sizeof name.text, "%s/%s", method, resource + strlen(RADIANCE));
+    else
+        snprintf(name.text, sizeof name.text, "%s", resource);
+    return name;
+}
+
+ng_result ng_layers_request(struct ng_graph *g, const char *method, const char *name)
 {
     if (strcmp(name, "display") == 0) {
         ng_graph_readback(g, "display");
@@ -79,9 +102,9 @@ ng_result ng_layers_request(struct ng_graph *g, const char *name)
         ng_log_error("layer \"%s\": there is no such layer; \"lightformer render --help\" lists them", name);
         return NG_ERROR_NOT_FOUND;
     }
-    ng_graph_readback(g, l->resource);
+    ng_graph_readback(g, name_in_graph(l->resource, method).text);
     if (l->source == SOURCE_RATIO)
-        ng_graph_readback(g, "radiance/unshadowed");
+        ng_graph_readback(g, name_in_graph(RADIANCE "unshadowed", method).text);
     return NG_OK;
 }
 
@@ -168,11 +191,12 @@ static ng_result fetch(struct ng_renderer *r, const char *layer, const char *res
         ng_log_error("layer \"%s\": the last frame was not asked for it", layer);
         return NG_ERROR_USAGE;
     }
-    if (strncmp(resource, "radiance/", 9) == 0 && !ng_renderer_has_radiance(r, resource + 9)) {
+    if (is_radiance(resource) && !ng_renderer_has_radiance(r, resource + strlen(RADIANCE))) {
         ng_log_error("layer \"%s\": the method \"%s\" does not compute it", layer, ng_renderer_method(r));
         return NG_ERROR_UNSUPPORTED;
     }
-    return ng_graph_readback_get(ng_renderer_graph(r), resource, out);
+    return ng_graph_readback_get(ng_renderer_graph(r), name_in_graph(resource, ng_renderer_method(r)).text,
+                                 out);
 }
 
 ng_result ng_renderer_layer(struct ng_renderer *r, const char *name, struct ng_layer *out)
@@ -182,7 +206,7 @@ ng_result ng_renderer_layer(struct ng_renderer *r, const char *name, struct ng_l
     struct conversion c = {.source = l->source, .camera = ng_renderer_camera(r)};
     NG_TRY(fetch(r, name, l->resource, &c.texels));
     if (l->source == SOURCE_RATIO)
-        NG_TRY(fetch(r, name, "radiance/unshadowed", &c.unshadowed));
+        NG_TRY(fetch(r, name, RADIANCE "unshadowed", &c.unshadowed));
     uint32_t channels = 0;
     while (channels < 4 && l->info.channels[channels])
         channels++;

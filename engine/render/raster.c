@@ -13,7 +13,6 @@
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 const struct ng_item_type ng_radiance_item = {"radiance", sizeof(struct ng_radiance)};
 
@@ -193,11 +192,12 @@ static ng_result consume(struct ng_composer *composer, void *user)
     struct pass_data data = {.self = user,
                              .frame = ng_composer_get(composer, &ng_frame_item, 0),
                              .gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0)};
-    if (strcmp(data.frame->method, "raster") != 0)
+    if (!ng_frame_wants(data.frame, "raster"))
         return NG_OK;
     struct ng_graph *g = ng_composer_graph(composer);
-    struct ng_radiance out = {.unshadowed = sum_image(g, data.frame, "radiance/unshadowed"),
-                              .direct = sum_image(g, data.frame, "radiance/direct")};
+    struct ng_radiance out = {.method = "raster",
+                              .unshadowed = sum_image(g, data.frame, "raster/unshadowed"),
+                              .direct = sum_image(g, data.frame, "raster/direct")};
     size_t count = ng_composer_count(composer, &ng_light_maps_item);
     if (!count) { // a scene in the dark: the cleared sums are the result
         struct ng_pass *pass = ng_graph_add_pass(

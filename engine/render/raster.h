@@ -10,7 +10,7 @@ struct ng_raster;
 
 NG_NODISCARD ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out);
 void ng_raster_destroy(struct ng_raster **raster);
-// Consumes the G-buffer and the light maps, publishes ng_radiance_item if it is the frame's method.
+// Consumes the G-buffer and the light maps, publishes ng_radiance_item if the frame wants it.
 struct ng_provider ng_raster_provider(struct ng_raster *raster);
 
 #endif

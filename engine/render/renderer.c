@@ -40,7 +40,7 @@ struct ng_renderer {
     // What the last frame was, for those who fetch its results.
     char method[32], layers[MAX_LAYERS][32];
     uint32_t layer_count;
-    bool has_unshadowed, has_direct, has_indirect;
+    bool has_unshadowed, has_direct, has_indirect, shows[2];
     struct ng_snapshot_camera camera;
     NG_ARRAY(ng_entity) entities; // of the snapshot's instances
     struct scratch scratch[MAX_LAYERS];
@@ -225,7 +225,7 @@ static ng_result declare_frame(struct ng_renderer *r, const struct ng_render_par
     struct pass_data data = {.r = r};
     ng_composer_begin(r->composer);
     for (uint32_t i = 0; i < p->layer_count; i++)
-        NG_TRY(ng_layers_request(r->graph, p->layers[i]));
+        NG_TRY(ng_layers_request(r->graph, r->frame.method, p->layers[i]));
     for (uint32_t i = 0; i < p->resource_count; i++)
         ng_graph_readback(r->graph, p->resources[i]);
     NG_TRY(ng_composer_publish(r->composer, &ng_frame_item, &r->frame));
@@ -233,11 +233,11 @@ static ng_result declare_frame(struct ng_renderer *r, const struct ng_render_par
         declare_bare(r, &data);
     NG_TRY(ng_composer_declare(r->composer));
     struct ng_display_result shown;
-    NG_TRY(ng_display_declare(r->display, r->composer, &shown));
-    const struct ng_radiance *radiance = ng_composer_get(r->composer, &ng_radiance_item, 0);
-    r->has_unshadowed = radiance->unshadowed.id;
-    r->has_direct = radiance->direct.id;
-    r->has_indirect = radiance->indirect.id;
+    NG_TRY(ng_display_declare(r->display, r->composer, &p->shown, &shown));
+    r->has_unshadowed = shown.radiance->unshadowed.id;
+    r->has_direct = shown.radiance->direct.id;
+    r->has_indirect = shown.radiance->indirect.id;
+    memcpy(r->shows, shown.shows, sizeof r->shows);
 
     struct ng_graph_ref display = shown.color;
     if (p->overlay)
@@ -255,11 +255,17 @@ ng_result ng_renderer_frame(struct ng_renderer *r, struct ng_cmd **cmd, const st
                                       .scene = r->scene,
                                       .width = p->width,
                                       .height = p->height,
-                                      .method = p->method ? p->method : "raster"};
+                                      .method = p->method ? p->method : "raster",
+                                      .other_method = p->shown.comparison ? p->shown.other_method : NULL};
     NG_TRY(remember_frame(r, p));
     NG_TRY(ng_scene_gpu_update(r->scene, p->snapshot, p->width, p->height));
     NG_TRY(declare_frame(r, p));
     return ng_graph_execute(r->graph, cmd);
+}
+
+bool ng_renderer_shows(const struct ng_renderer *r, uint32_t side)
+{
+    return side < NG_COUNT(r->shows) && r->shows[side];
 }
 
 struct ng_composer *ng_renderer_composer(struct ng_renderer *r)

@@ -13,6 +13,7 @@
 #define NG_RENDER_RENDERER_H
 
 #include "graph/provider.h"
+#include "render/display.h"
 #include "render/light_maps.h"
 #include "render/snapshot.h"
 
@@ -41,6 +42,7 @@ struct ng_render_params {
     const struct ng_snapshot *snapshot; // needed; borrowed for the call
     uint32_t width, height;             // pixels, at least 1
     const char *method;                 // null: "raster"
+    struct ng_shown shown;              // zero: beauty of this method
     const char *const *layers;          // names to fetch with ng_renderer_layer, borrowed for the call
     uint32_t layer_count;
     // Any resources of the graph by name ("rsm:lamp/flux"), to fetch with ng_graph_readback_get; borrowed for
@@ -94,6 +96,10 @@ NG_NODISCARD ng_result ng_renderer_display(struct ng_renderer *renderer, const u
 // What is at a pixel of the last frame, in which "entity" must have been named: an index half of an entity's
 // id, 0 where there is nothing.
 NG_NODISCARD ng_result ng_renderer_pick(struct ng_renderer *renderer, uint32_t x, uint32_t y, ng_entity *out);
+
+// Whether the last frame had what it was to show on a side (0: left or alone, 1: right); false: the method
+// does not compute that layer, and black is shown.
+bool ng_renderer_shows(const struct ng_renderer *renderer, uint32_t side);
 
 // For providers of other features, pass times and dumps. Borrowed.
 struct ng_composer *ng_renderer_composer(struct ng_renderer *renderer);

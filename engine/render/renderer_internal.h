@@ -4,8 +4,9 @@
 
 #include "render/renderer.h"
 
-// Asks the graph for what a layer is made of. NG_ERROR_NOT_FOUND, logged, if there is no such layer.
-NG_NODISCARD ng_result ng_layers_request(struct ng_graph *g, const char *name);
+// Asks the graph for what a layer of a method's picture is made of. NG_ERROR_NOT_FOUND, logged, if there is
+// no such layer.
+NG_NODISCARD ng_result ng_layers_request(struct ng_graph *g, const char *method, const char *name);
 
 // Of the last frame:
 bool ng_renderer_was_requested(const struct ng_renderer *r, const char *layer);

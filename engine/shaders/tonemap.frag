@@ -1,22 +1,78 @@
-// Radiance to a display's sRGB bytes, through the project's one tone map.
+// What a display shows, in sRGB bytes: a layer of a picture, two of them beside a divider, or their difference.
+// Radiance goes through the project's one tone map.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#include "shared/display.h"
 #include "shared/scene.h"
 #include "shared/tonemap.h"
 
 layout(set = 0, binding = 0, scalar) uniform View { ng_view_data view; };
-layout(set = 0, binding = 1) uniform sampler2D radiance_map;
+// Of the two sides: the layer, and what a ratio divides it by.
+layout(set = 0, binding = 1) uniform sampler2D left_map;
+layout(set = 0, binding = 2) uniform sampler2D left_divisor_map;
+layout(set = 0, binding = 3) uniform sampler2D right_map;
+layout(set = 0, binding = 4) uniform sampler2D right_divisor_map;
+layout(push_constant, scalar) uniform Push { ng_display_data display; };
 
 layout(location = 0) in vec2 in_ndc;
 layout(location = 0) out vec4 out_color;
 
+// A map may be a single black texel, where there is nothing to show.
+vec4 fetch(sampler2D map)
+{
+    return texelFetch(map, min(ivec2(gl_FragCoord.xy), textureSize(map, 0) - 1), 0);
+}
+
+// What is shown of a texel, before it is encoded: radiance is exposed.
+vec3 value_of(uint encoding, vec4 texel, vec4 divisor)
+{
+    switch (encoding) {
+    case NG_SHOWN_RADIANCE:
+        return max(texel.rgb * view.exposure, vec3(0));
+    case NG_SHOWN_RATIO:
+        return mix(vec3(1), texel.rgb / max(divisor.rgb, vec3(1e-30)), greaterThan(divisor.rgb, vec3(0)));
+    case NG_SHOWN_DIRECTION:
+        return texel.rgb * 0.5 + 0.5;
+    case NG_SHOWN_W:
+        return texel.www;
+    default:
+        return texel.rgb;
+    }
+}
+
+vec3 encode(uint encoding, vec3 x)
+{
+    if (encoding == NG_SHOWN_DIRECTION)
+        return x;
+    float peak = max(x.r, max(x.g, x.b)), toe = min(x.r, min(x.g, x.b));
+    for (int i = 0; i < 3; i++)
+        x[i] = ng_srgb_encode(encoding == NG_SHOWN_RADIANCE ? ng_tonemap(x[i], peak, toe) : x[i]);
+    return x;
+}
+
+vec3 difference(vec3 left, vec3 right)
+{
+    const float dark = 0.02; // about a tenth of middle grey: below it errors count less
+    float error = dot((left - right) / (abs(right) + dark), vec3(1.0 / 3.0));
+    vec3 color = error > 0 ? vec3(1, 0.5, 0.1) : vec3(0.15, 0.5, 1);
+    return color * sqrt(min(abs(error) / NG_DIFFERENCE_FULL, 1)); // the root shows small errors too
+}
+
 void main()
 {
-    vec3 x = max(texelFetch(radiance_map, ivec2(gl_FragCoord.xy), 0).rgb * view.exposure, vec3(0));
-    float peak = max(x.r, max(x.g, x.b));
-    float toe = min(x.r, min(x.g, x.b));
-    for (int i = 0; i < 3; i++)
-        out_color[i] = ng_srgb_encode(ng_tonemap(x[i], peak, toe));
+    float from_divider = gl_FragCoord.x - display.divider;
+    bool both = display.comparison == NG_COMPARE_DIFFERENCE;
+    bool right_side = display.comparison == NG_COMPARE_SPLIT && from_divider > 0;
+    vec3 left = vec3(0), right = vec3(0);
+    if (both || !right_side)
+        left = value_of(display.encoding, fetch(left_map), fetch(left_divisor_map));
+    if (both || right_side)
+        right = value_of(display.other_encoding, fetch(right_map), fetch(right_divisor_map));
+    out_color.rgb = both         ? difference(left, right)
+                    : right_side ? encode(display.other_encoding, right)
+                                 : encode(display.encoding, left);
+    if (display.comparison == NG_COMPARE_SPLIT && abs(from_divider) < 1)
+        out_color.rgb = vec3(1);
     out_color.a = 1;
 }
