@@ -3,8 +3,8 @@
 
 #include "base/file.h"
 #include "base/log.h"
-#include "lightformer/dataset/json_reader.h"
-#include "lightformer/dataset/text_internal.h"
+#include "lightformer/tensors/json_reader.h"
+#include "lightformer/tensors/text.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -8,7 +8,7 @@
 #ifndef LF_DATASET_MANIFEST_H
 #define LF_DATASET_MANIFEST_H
 
-#include "lightformer/dataset/tensors.h"
+#include "lightformer/tensors/tensors.h"
 
 #include <stdbool.h>
 

@@ -2,8 +2,8 @@
 #ifndef LF_DATASET_SAMPLE_H
 #define LF_DATASET_SAMPLE_H
 
-#include "lightformer/dataset/tensors.h"
 #include "lightformer/encode/observe.h"
+#include "lightformer/tensors/tensors.h"
 
 struct lf_sample;
 struct ng_jobs;

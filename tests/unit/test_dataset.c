@@ -3,10 +3,10 @@
 
 #include "base/file.h"
 #include "base/hash.h"
-#include "lightformer/dataset/json_reader.h"
 #include "lightformer/dataset/manifest.h"
-#include "lightformer/dataset/tensors.h"
 #include "lightformer/encode/observe.h"
+#include "lightformer/tensors/json_reader.h"
+#include "lightformer/tensors/tensors.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 // Text that grows, for headers and manifests. Zero is empty; out of memory is remembered, not told.
-#ifndef LF_DATASET_TEXT_INTERNAL_H
-#define LF_DATASET_TEXT_INTERNAL_H
+#ifndef LF_TENSORS_TEXT_H
+#define LF_TENSORS_TEXT_H
 
 #include "base/array.h"
 

@@ -1,4 +1,4 @@
-#include "lightformer/dataset/text_internal.h"
+#include "lightformer/tensors/text.h"
 
 #include <string.h>
 

@@ -1,12 +1,12 @@
 // A file is put together in memory and written at once. The hash's place is the same in every file, because
 // its note comes first.
-#include "lightformer/dataset/tensors.h"
+#include "lightformer/tensors/tensors.h"
 
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
-#include "lightformer/dataset/json_reader.h"
-#include "lightformer/dataset/text_internal.h"
+#include "lightformer/tensors/json_reader.h"
+#include "lightformer/tensors/text.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
 // A scanner that moves one pointer; who calls knows what comes next.
-#include "lightformer/dataset/json_reader.h"
+#include "lightformer/tensors/json_reader.h"
 
 #include <string.h>
 

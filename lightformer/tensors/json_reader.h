@@ -4,8 +4,8 @@
 //     if (lf_json_open(&j, '{'))
 //         while (lf_json_more(&j, '}'))
 //             if (lf_json_key(&j, key, sizeof key)) ... read or lf_json_skip the value
-#ifndef LF_DATASET_JSON_READER_H
-#define LF_DATASET_JSON_READER_H
+#ifndef LF_TENSORS_JSON_READER_H
+#define LF_TENSORS_JSON_READER_H
 
 #include <stdbool.h>
 #include <stddef.h>

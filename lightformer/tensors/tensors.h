@@ -6,8 +6,8 @@
 //
 // Tensors lie without gaps, those of wide elements first, so that each is aligned. The hash is of the whole
 // file with the digits themselves read as zeros: it finds damage anywhere.
-#ifndef LF_DATASET_TENSORS_H
-#define LF_DATASET_TENSORS_H
+#ifndef LF_TENSORS_TENSORS_H
+#define LF_TENSORS_TENSORS_H
 
 #include "base/array.h"
 #include "base/result.h"
