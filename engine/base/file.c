@@ -90,20 +90,22 @@ static bool write_all(int fd, const unsigned char *p, size_t size)
     return true;
 }
 
+// Closes in any case. On failure errno is that of the first call that failed.
+static bool write_and_close(int fd, const void *data, size_t size, bool flush)
+{
+    bool ok = write_all(fd, data, size) && (!flush || fsync(fd) == 0);
+    int e = errno;
+    if (close(fd) != 0 && ok)
+        return false;
+    errno = e;
+    return ok;
+}
+
 // Devices, pipes and the like are not replaced by a file: they are written to.
 static ng_result write_in_place(const char *path, const void *data, size_t size)
 {
     int fd = open(path, O_WRONLY | O_CLOEXEC);
-    if (fd < 0)
-        return io_error("write", path);
-    bool ok = write_all(fd, data, size);
-    int e = errno;
-    if (close(fd) != 0 && ok) {
-        e = errno;
-        ok = false;
-    }
-    errno = e;
-    return ok ? NG_OK : io_error("write", path);
+    return fd >= 0 && write_and_close(fd, data, size, false) ? NG_OK : io_error("write", path);
 }
 
 static ng_result replace(const char *path, const void *data, size_t size)
@@ -117,22 +119,11 @@ static ng_result replace(const char *path, const void *data, size_t size)
     int fd = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (fd < 0)
         return io_error("write", path);
-    bool ok = write_all(fd, data, size) && fsync(fd) == 0;
-    int e = errno;
-    if (close(fd) != 0 && ok) {
-        e = errno;
-        ok = false;
-    }
-    if (ok && rename(temporary, path) != 0) {
-        e = errno;
-        ok = false;
-    }
-    if (!ok) {
-        unlink(temporary);
-        errno = e;
-        return io_error("write", path);
-    }
-    return NG_OK;
+    if (write_and_close(fd, data, size, true) && rename(temporary, path) == 0)
+        return NG_OK;
+    ng_result r = io_error("write", path);
+    unlink(temporary);
+    return r;
 }
 
 ng_result ng_file_write(const char *path, const void *data, size_t size)

@@ -1,6 +1,7 @@
 // Layers: what a frame computed, fetched from the graph by name and converted to plain floats.
 #include "render/renderer_internal.h"
 
+#include "base/half.h"
 #include "base/log.h"
 
 #include <assert.h>
@@ -110,24 +111,6 @@ ng_result ng_layers_request(struct ng_graph *g, const char *method, const char *
 
 // ---- Texels ----------------------------------------------------------------------------------------------
 
-// IEEE 754 half to single, exact.
-static float half_to_float(uint16_t h)
-{
-    uint32_t sign = (uint32_t)(h & 0x8000u) << 16, exponent = (h >> 10) & 31u, mantissa = h & 1023u, bits;
-    if (exponent == 31) {
-        bits = sign | 0x7f800000u | mantissa << 13;
-    } else if (exponent) {
-        bits = sign | (exponent + 112u) << 23 | mantissa << 13;
-    } else {
-        float f = (float)mantissa * 0x1p-24f; // subnormal or zero
-        memcpy(&bits, &f, sizeof bits);
-        bits |= sign;
-    }
-    float f;
-    memcpy(&f, &bits, sizeof f);
-    return f;
-}
-
 static void load_texel(const struct ng_graph_memory *m, uint32_t x, uint32_t y, float out[4])
 {
     const unsigned char *row = (const unsigned char *)m->data + (size_t)y * m->row_bytes;
@@ -143,7 +126,7 @@ static void load_texel(const struct ng_graph_memory *m, uint32_t x, uint32_t y, 
     case VK_FORMAT_R16G16B16A16_SFLOAT:
         memcpy(halves, row + (size_t)x * 8, 8);
         for (int i = 0; i < 4; i++)
-            out[i] = half_to_float(halves[i]);
+            out[i] = ng_half_to_float(halves[i]);
         break;
     default:
         assert(!"a layer's format is one of these");

@@ -478,7 +478,7 @@ static void fill_view(struct ng_scene_gpu *s, uint32_t width, uint32_t height)
 static struct ng_instance_data instance_data(const struct ng_snapshot_instance *i)
 {
     struct ng_instance_data d = {
-        .material = i->material, .entity = ng_entity_index(i->entity), .flags = i->flags, .light = i->light};
+        .material = i->material, .entity = ng_entity_index(i->entity), .flags = i->flags};
     memcpy(d.matrix, i->matrix, sizeof d.matrix);
     memcpy(d.previous_matrix, i->previous_matrix, sizeof d.previous_matrix);
     return d;

@@ -2,6 +2,7 @@
 // them; halfs of the G-buffer stay the halfs that they are.
 #include "lightformer/dataset/sample.h"
 
+#include "base/half.h"
 #include "base/jobs.h"
 #include "base/log.h"
 #include "base/rng.h"
@@ -307,7 +308,7 @@ static ng_result take_layer(const struct job *job, const struct lf_reference *re
             if (floats)
                 floats[to] = value;
             else
-                halfs[to] = lf_half_from(value);
+                halfs[to] = ng_half_from_float(value);
             if (!isfinite(value))
                 result = not_finite(job, name, job->crops[crop].x + (uint32_t)(i % job->params->crop),
                                     job->crops[crop].y + (uint32_t)(i / job->params->crop));

@@ -4,6 +4,7 @@
 #include "lightformer/dataset/dataset.h"
 
 #include "asset/png.h"
+#include "base/half.h"
 #include "base/log.h"
 #include "lightformer/dataset/manifest.h"
 #include "render/frame.h"
@@ -48,7 +49,7 @@ static const struct lf_tensor *tensor(const struct row *row, const char *name)
 
 static float number(const struct lf_tensor *t, size_t index)
 {
-    return t->dtype == LF_F16  ? lf_half_to(((const uint16_t *)t->data)[index])
+    return t->dtype == LF_F16  ? ng_half_to_float(((const uint16_t *)t->data)[index])
            : t->dtype == LF_U8 ? (float)((const uint8_t *)t->data)[index]
                                : ((const float *)t->data)[index];
 }

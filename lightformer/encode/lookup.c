@@ -87,35 +87,3 @@ struct lf_shadow lf_shadow_lookup(const struct lf_depth_map *map, const float po
     to_light_frame(map->light, position, p);
     return map->light->window_count ? look_into_windows(map, p) : look_into_cube(map, p);
 }
-
-uint16_t lf_half_from(float value)
-{
-    union {
-        float f;
-        uint32_t u;
-    } in = {value};
-    uint32_t sign = in.u >> 16 & 0x8000, bits = in.u & 0x7fffffff;
-    if (bits > 0x7f800000)
-        return (uint16_t)(sign | 0x7e00);
-    if (bits >= 0x477ff000) // rounds to 65536 or more
-        return (uint16_t)(sign | 0x7c00);
-    if (bits < 0x33000001) // at most half of the smallest
-        return (uint16_t)sign;
-    uint32_t exponent = bits >> 23, mantissa = (bits & 0x7fffff) | 0x800000, shift = 13, base = 0;
-    if (exponent < 113)
-        shift += 113 - exponent;
-    else
-        base = (exponent - 113) << 10;
-    uint32_t half = (mantissa >> shift), rest = mantissa & ((1u << shift) - 1), middle = 1u << (shift - 1);
-    half += base + (rest > middle || (rest == middle && half & 1));
-    return (uint16_t)(sign | half);
-}
-
-float lf_half_to(uint16_t half)
-{
-    uint32_t exponent = half >> 10 & 31, mantissa = half & 1023;
-    float magnitude = exponent == 31 ? (mantissa ? NAN : INFINITY)
-                      : exponent     ? ldexpf((float)(mantissa | 1024), (int)exponent - 25)
-                                     : ldexpf((float)mantissa, -24);
-    return half & 0x8000 ? -magnitude : magnitude;
-}

@@ -87,8 +87,4 @@ struct lf_shadow {
 // Equation 2's distances for a world position. Pure.
 struct lf_shadow lf_shadow_lookup(const struct lf_depth_map *map, const float position[3]);
 
-// IEEE 754 binary16, round to nearest even; what is too large becomes infinite.
-uint16_t lf_half_from(float value);
-float lf_half_to(uint16_t half);
-
 #endif

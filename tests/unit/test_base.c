@@ -4,11 +4,14 @@
 #include "base/arena.h"
 #include "base/array.h"
 #include "base/file.h"
+#include "base/half.h"
 #include "base/jobs.h"
 #include "base/log.h"
 #include "base/pool.h"
 #include "base/rng.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -166,6 +169,46 @@ static void rng_is_fixed_and_uniform(void **state)
         assert_true(ng_rng_below(&r, 7) < 7);
 }
 
+// Every half against the definition of the format: (-1)^s 2^(e - 15) 1.m, or 2^-14 0.m where e is 0.
+static void halfs_are_exact(void **state)
+{
+    NG_UNUSED(state);
+    for (uint32_t h = 0; h < 65536; h++) {
+        uint32_t exponent = h >> 10 & 31, mantissa = h & 1023;
+        float f = ng_half_to_float((uint16_t)h);
+        assert_int_equal(signbit(f) != 0, h >> 15);
+        if (exponent == 31 && mantissa) {
+            assert_true(isnan(f) && isnan(ng_half_to_float(ng_half_from_float(f))));
+            continue;
+        }
+        double whole = exponent == 31 ? (double)INFINITY
+                       : exponent     ? ldexp(1024 + mantissa, (int)exponent - 25)
+                                      : ldexp(mantissa, -24);
+        assert_true((double)fabsf(f) == whole);
+        assert_int_equal(ng_half_from_float(f), h);
+    }
+}
+
+// What lies between two halfs goes to the nearer one, a tie to the even one.
+static void halfs_round_to_the_nearest(void **state)
+{
+    NG_UNUSED(state);
+    for (uint32_t h = 0; h < 0x7bff; h++) {
+        float a = ng_half_to_float((uint16_t)h), b = ng_half_to_float((uint16_t)(h + 1)),
+              middle = (a + b) / 2;
+        for (uint32_t sign = 0; sign < 2; sign++) {
+            float s = sign ? -1.0f : 1.0f;
+            assert_int_equal(ng_half_from_float(s * nextafterf(middle, a)), h | sign << 15);
+            assert_int_equal(ng_half_from_float(s * nextafterf(middle, b)), (h + 1) | sign << 15);
+            assert_int_equal(ng_half_from_float(s * middle), (h + (h & 1)) | sign << 15);
+        }
+    }
+    assert_int_equal(ng_half_from_float(nextafterf(65520, 0)), 0x7bff);
+    assert_int_equal(ng_half_from_float(65520), 0x7c00);
+    assert_int_equal(ng_half_from_float(-FLT_MAX), 0xfc00);
+    assert_int_equal(ng_half_from_float(FLT_TRUE_MIN), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -176,6 +219,8 @@ int main(void)
         cmocka_unit_test(file_write_is_atomic_and_errors_name_the_file),
         cmocka_unit_test(paths),
         cmocka_unit_test(rng_is_fixed_and_uniform),
+        cmocka_unit_test(halfs_are_exact),
+        cmocka_unit_test(halfs_round_to_the_nearest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

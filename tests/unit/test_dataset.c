@@ -250,28 +250,6 @@ static void broken_manifests_are_refused(void **state)
     }
 }
 
-// ---- halfs -----------------------------------------------------------------------------------------------
-
-static void halfs_round_to_the_nearest(void **state)
-{
-    NG_UNUSED(state);
-    for (uint32_t h = 0; h < 65536; h++) { // all halfs but NaNs are themselves
-        float f = lf_half_to((uint16_t)h);
-        if (!isnan(f))
-            assert_int_equal(lf_half_from(f), h);
-        else
-            assert_true(isnan(lf_half_to(lf_half_from(f))));
-    }
-    for (uint32_t h = 0; h < 31743; h++) { // what lies between two goes to the nearer, a tie to the even one
-        float a = lf_half_to((uint16_t)h), b = lf_half_to((uint16_t)(h + 1)), middle = (a + b) / 2;
-        assert_int_equal(lf_half_from(nextafterf(middle, a)), h);
-        assert_int_equal(lf_half_from(nextafterf(middle, b)), h + 1);
-        assert_int_equal(lf_half_from(middle), h & 1 ? h + 1 : h);
-    }
-    assert_int_equal(lf_half_from(65520), 0x7c00);
-    assert_int_equal(lf_half_from(-1e30f), 0xfc00);
-}
-
 // ---- lookups ---------------------------------------------------------------------------------------------
 // A wall at distance 4 along an axis of the light and a square in front of it at 1.5, half a metre wide,
 // which throws a shadow of 0.25 / 1.5 * 4 = 0.667 metres half width onto the wall.
@@ -406,17 +384,11 @@ static void parallel_light(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_written_is_read),
-        cmocka_unit_test(damage_is_found),
-        cmocka_unit_test(headers_are_not_trusted),
-        cmocka_unit_test(too_much_is_refused),
-        cmocka_unit_test(json_that_is_refused),
-        cmocka_unit_test(shards_are_kept_in_order),
-        cmocka_unit_test(broken_manifests_are_refused),
-        cmocka_unit_test(halfs_round_to_the_nearest),
-        cmocka_unit_test(a_square_before_a_wall),
-        cmocka_unit_test(faces_are_the_right_way_round),
-        cmocka_unit_test(parallel_light),
+        cmocka_unit_test(what_is_written_is_read),       cmocka_unit_test(damage_is_found),
+        cmocka_unit_test(headers_are_not_trusted),       cmocka_unit_test(too_much_is_refused),
+        cmocka_unit_test(json_that_is_refused),          cmocka_unit_test(shards_are_kept_in_order),
+        cmocka_unit_test(broken_manifests_are_refused),  cmocka_unit_test(a_square_before_a_wall),
+        cmocka_unit_test(faces_are_the_right_way_round), cmocka_unit_test(parallel_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

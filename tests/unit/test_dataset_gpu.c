@@ -4,6 +4,7 @@
 #include "app/stage.h"
 #include "asset/image.h"
 #include "base/file.h"
+#include "base/half.h"
 #include "components/components.h"
 #include "components/light_directional.h"
 #include "components/light_point.h"
@@ -157,7 +158,7 @@ static void a_room_reflects_what_the_light_sends(void **state)
         assert_true(p[3] > 0 && fabsf(on_wall - 2) < 1e-3f);
         for (size_t c = 0; c < 3; c++) {
             sum[c] += l->flux[4 * i + c];
-            along += lf_half_to(l->normal[4 * i + c]) * (l->data.proxy[c] - p[c]);
+            along += ng_half_to_float(l->normal[4 * i + c]) * (l->data.proxy[c] - p[c]);
         }
         assert_true(along > 0); // normals face the light
     }
@@ -203,7 +204,7 @@ static void lookups_agree_with_the_maps(void **state)
         const float *p = o.gbuffer.position + 4 * i;
         struct lf_shadow s = lf_shadow_lookup(&map, p);
         assert_true(p[3] > 0 && fabsf(s.occluder - s.receiver) < 0.02f * s.receiver);
-        assert_true(fabsf(lf_half_to(o.gbuffer.diffuse[4 * i]) - ALBEDO * 1.0f) < 1e-3f);
+        assert_true(fabsf(ng_half_to_float(o.gbuffer.diffuse[4 * i]) - ALBEDO * 1.0f) < 1e-3f);
     }
 }
 
@@ -359,9 +360,9 @@ static void shards_hold_inputs_and_targets(void **state)
             float square[2] = {0};
             for (size_t c = 0; c < 3; c++) {
                 size_t at = (k * 3 + c) * N + i;
-                float ratio = lf_half_to(shadow[at]);
+                float ratio = ng_half_to_float(shadow[at]);
                 assert_true(ratio >= 0 && ratio <= 1.001f && unshadowed[at] >= 0 && indirect[at] >= 0);
-                assert_true(lf_half_to(emission[at]) >= 0);
+                assert_true(ng_half_to_float(emission[at]) >= 0);
                 light += (double)indirect[at];
                 for (size_t l = 0; l < 2; l++)
                     square[l] += (position[at] - proxy[l * 3 + c]) * (position[at] - proxy[l * 3 + c]);

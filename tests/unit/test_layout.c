@@ -33,7 +33,6 @@ static const struct member members[] = {
     M(ng_instance_data, material),
     M(ng_instance_data, entity),
     M(ng_instance_data, flags),
-    M(ng_instance_data, light),
     M(ng_material_data, base_color),
     M(ng_material_data, metallic),
     M(ng_material_data, emission),

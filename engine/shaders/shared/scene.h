@@ -26,7 +26,6 @@ struct ng_instance_data {
     NG_UINT(material);
     NG_UINT(entity); // index half of the id
     NG_UINT(flags);  // NG_INSTANCE_* of render/snapshot.h
-    NG_UINT(light);  // the light whose emitter this is, or ~0
 };
 
 struct ng_material_data {
