@@ -39,7 +39,7 @@ static const struct cli_option options[] = {
      .max = 1e6,
      .doc = "how many frames to measure, after a few to warm up"},
     CLI_PIXELS(struct bench, "512x512"),
-    CLI_METHOD(struct bench),
+    CLI_METHOD(struct bench, method_bench_name),
     CLI_THREADS(struct bench),
     CLI_DEVICE(struct bench),
     CLI_JSON(struct bench),
@@ -145,7 +145,7 @@ static ng_result measure_frame(const struct bench *b, struct ng_stage *stage, ui
         .time = n / CLI_FRAMES_A_SECOND,
         .width = b->size.width,
         .height = b->size.height,
-        .method = cli_methods[b->method],
+        .method = method_bench_name(b->method),
     };
     uint64_t start = ng_clock_ns();
     NG_TRY(ng_stage_draw(stage, &frame));
@@ -320,24 +320,47 @@ static void write_report(const struct bench *b, const struct report *r)
 
 // ---- The command
 
+// The stage and the method that is measured on it.
+struct subject {
+    const struct method *method;
+    struct ng_stage *stage;
+    void *state;
+};
+
+static void close_subject(struct subject *s)
+{
+    method_close(s->method, &s->state);
+    ng_stage_destroy(&s->stage);
+}
+
+static ng_result open_subject(const struct bench *b, const struct ng_stage_params *stage, struct subject *s)
+{
+    *s = (struct subject){.method = method_of(METHOD_BENCH, b->method)};
+    NG_TRY(ng_stage_create(stage, &s->stage));
+    ng_result result = method_open(s->method, &(struct method_params){.stage = s->stage}, &s->state);
+    if (result != NG_OK)
+        close_subject(s);
+    return result;
+}
+
 static ng_result measure_plain(const struct bench *b, struct report *r)
 {
-    struct ng_stage *stage;
+    struct subject subject;
     struct ng_stage_params params = {.scene = b->scene, .device = b->device, .threads = b->threads};
-    NG_TRY(ng_stage_create(&params, &stage));
-    snprintf(r->device, sizeof r->device, "%s", stage->gpu->properties.deviceName);
-    ng_result result = measure(b, stage, "frame", &r->plain);
+    NG_TRY(open_subject(b, &params, &subject));
+    snprintf(r->device, sizeof r->device, "%s", subject.stage->gpu->properties.deviceName);
+    ng_result result = measure(b, subject.stage, "frame", &r->plain);
     take_medians(&r->plain);
     r->frame_median_ms = quantile(&r->plain.frame_ms, 0.5);
     r->frame_p95_ms = quantile(&r->plain.frame_ms, 0.95);
     r->memory_mib = (double)ng_system_peak_memory() / (1 << 20);
-    ng_stage_destroy(&stage);
+    close_subject(&subject);
     return result;
 }
 
 static ng_result measure_ratios(const struct bench *b, struct report *r)
 {
-    struct ng_stage *stage;
+    struct subject subject;
     struct ng_stage_params params = {
         .scene = b->scene,
         .device = b->device,
@@ -345,13 +368,13 @@ static ng_result measure_ratios(const struct bench *b, struct report *r)
         .redraw_lights = true,
         .bare_passes = true,
     };
-    NG_TRY(ng_stage_create(&params, &stage));
+    NG_TRY(open_subject(b, &params, &subject));
     struct measurement m = {0};
-    ng_result result = measure(b, stage, "comparison", &m);
+    ng_result result = measure(b, subject.stage, "comparison", &m);
     if (!compute_ratios(&m, &r->ratios))
         result = ng_out_of_memory("ratios");
     finish_measurement(&m);
-    ng_stage_destroy(&stage);
+    close_subject(&subject);
     return result;
 }
 

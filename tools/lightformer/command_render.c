@@ -28,15 +28,12 @@ struct render {
     bool antialias;
 };
 
-const char *const cli_methods[] = {"raster", NULL};
-// A picture may also be path-traced.
-static const char *const picture_methods[] = {"raster", "reference", NULL};
 static const char *const samplers[] = {
     [LF_SAMPLER_SOBOL] = "sobol", [LF_SAMPLER_INDEPENDENT] = "independent", NULL};
 
 static bool is_reference(const struct render *r)
 {
-    return strcmp(picture_methods[r->method], "reference") == 0;
+    return strcmp(method_render_name(r->method), "reference") == 0;
 }
 
 // The layers of all methods: the renderer's, then what the reference has besides. Null past the end.
@@ -68,14 +65,7 @@ static const struct cli_option options[] = {
      .offset = offsetof(struct render, outputs),
      .value = "OUT",
      .doc = "where to write, .exr or .png; may be given more than once"},
-    {.name = "--method",
-     .kind = CLI_CHOICE,
-     .flags = CLI_PICTURE,
-     .offset = offsetof(struct render, method),
-     .value = "NAME",
-     .fallback = "raster",
-     .choices = picture_methods,
-     .doc = "how light is computed"},
+    CLI_METHOD(struct render, method_render_name),
     CLI_PIXELS(struct render, "512x512"),
     {.name = "--time",
      .kind = CLI_REAL,
@@ -178,6 +168,8 @@ static const struct cli_option options[] = {
 struct job {
     const struct render *render;
     struct ng_stage *stage;
+    const struct method *method;
+    void *method_state;                    // of the renderer's methods
     struct render_reference *reference;    // null for the renderer's methods
     struct lf_scene_sampler *sampler;      // null without --variation
     double time;                           // of a single picture
@@ -281,7 +273,7 @@ static ng_result draw(struct job *job, double time)
         .camera = job->render->camera,
         .width = job->render->size.width,
         .height = job->render->size.height,
-        .method = picture_methods[job->render->method],
+        .method = job->method->name,
         .layers = job->wanted,
         .layer_count = job->wanted_count,
     };
@@ -462,6 +454,8 @@ static ng_result render(struct job *job)
     NG_TRY(vary(job));
     if (is_reference(r))
         NG_TRY(open_reference(job));
+    else
+        NG_TRY(method_open(job->method, &(struct method_params){.stage = job->stage}, &job->method_state));
     choose_layers(job);
     NG_TRY(begin_motion(job));
     NG_TRY(r->frames.given ? render_sequence(job) : render_picture(job));
@@ -471,10 +465,12 @@ static ng_result render(struct job *job)
 static int run(const void *args)
 {
     struct job job = {.render = args};
+    job.method = method_of(METHOD_RENDER, job.render->method);
     if (!check_options(job.render))
         return CLI_USAGE;
     ng_result result = render(&job);
     render_reference_destroy(&job.reference);
+    method_close(job.method, &job.method_state);
     lf_scene_sampler_destroy(&job.sampler);
     ng_stage_destroy(&job.stage);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;

@@ -26,8 +26,10 @@ struct view {
 };
 
 static const struct cli_option options[] = {
-    CLI_SCENE(struct view),  CLI_PIXELS(struct view, "960x720"),
-    CLI_METHOD(struct view), CLI_THREADS(struct view),
+    CLI_SCENE(struct view),
+    CLI_PIXELS(struct view, "960x720"),
+    CLI_METHOD(struct view, method_view_name),
+    CLI_THREADS(struct view),
     CLI_DEVICE(struct view),
 };
 
@@ -50,6 +52,7 @@ struct viewer {
     struct ng_window *window;
     struct ng_stage *stage;
     struct ng_ui *ui;
+    void *methods[METHOD_MAX]; // states, in the order of method_of
     struct ng_camera_controller controller;
     struct ng_playback playback;
     ng_entity camera; // our own, so that neither a parent nor an animation moves it
@@ -84,6 +87,22 @@ static ng_result create_camera(struct viewer *v)
     return ng_world_add(world, v->camera, NG_TRANSFORM, &transform);
 }
 
+static ng_result open_methods(struct viewer *v)
+{
+    struct method_params params = {.stage = v->stage};
+    const struct method *m;
+    for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++)
+        NG_TRY(method_open(m, &params, &v->methods[i]));
+    return NG_OK;
+}
+
+static void close_methods(struct viewer *v)
+{
+    const struct method *m;
+    for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++)
+        method_close(m, &v->methods[i]);
+}
+
 static ng_result open_viewer(struct viewer *v)
 {
     const struct view *args = v->args;
@@ -93,6 +112,7 @@ static ng_result open_viewer(struct viewer *v)
     struct ng_stage_params stage = {
         .scene = args->scene, .window = v->window, .device = args->device, .threads = args->threads};
     NG_TRY(ng_stage_create(&stage, &v->stage));
+    NG_TRY(open_methods(v));
     struct ng_ui_params ui = {.gpu = v->stage->gpu, .format = VK_FORMAT_R8G8B8A8_UNORM};
     NG_TRY(ng_ui_create(&ui, &v->ui));
     v->playback = (struct ng_playback){.duration = (double)v->stage->scene.duration, .playing = true};
@@ -147,7 +167,7 @@ static ng_result draw(struct viewer *v, float seconds)
         .time = v->playback.time,
         .still = v->playback.jumped,
         .camera = camera_name,
-        .method = cli_methods[v->args->method],
+        .method = method_view_name(v->args->method),
         .overlay = draw_ui,
         .overlay_user = v,
     };
@@ -190,6 +210,7 @@ static ng_result loop(struct viewer *v)
 static void close_viewer(struct viewer *v)
 {
     ng_ui_destroy(&v->ui);
+    close_methods(v);
     ng_stage_destroy(&v->stage);
     ng_window_destroy(&v->window);
 }

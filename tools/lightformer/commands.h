@@ -3,14 +3,15 @@
 #ifndef LIGHTFORMER_COMMANDS_H
 #define LIGHTFORMER_COMMANDS_H
 
+#include "methods.h"
 #include "options.h"
 
 // Options that mean the same in several commands; the command's struct has a member of the option's name.
 #define CLI_SCENE(type_) CLI_ARGUMENT(type_, scene, "SCENE", "a glTF file (.glb or .gltf)")
-#define CLI_METHOD(type_)                                                                                    \
+#define CLI_METHOD(type_, names_)                                                                            \
     {                                                                                                        \
         .name = "--method", .kind = CLI_CHOICE, .flags = CLI_PICTURE, .offset = offsetof(type_, method),     \
-        .value = "NAME", .fallback = "raster", .choices = cli_methods, .doc = "how light is computed"        \
+        .value = "NAME", .fallback = "raster", .choice = (names_), .doc = "how light is computed"            \
     }
 #define CLI_PIXELS(type_, default_)                                                                          \
     {                                                                                                        \
@@ -31,9 +32,6 @@
     {                                                                                                        \
         .name = "--json", .kind = CLI_FLAG, .offset = offsetof(type_, json), .doc = "print JSON"             \
     }
-
-// What --method takes for frames in real time, null-terminated.
-extern const char *const cli_methods[];
 
 #define CLI_FRAMES_A_SECOND 30.0
 

@@ -1,0 +1,50 @@
+// The path tracer as a method of the renderer, "reference": a picture that gets better while one looks at it.
+//
+//     struct lf_progressive *p;
+//     NG_TRY(lf_progressive_create(&(struct lf_progressive_params){.jobs = jobs}, &p));
+//     struct ng_provider provider = lf_progressive_provider(p);
+//     NG_TRY(ng_composer_register(ng_renderer_composer(renderer), &provider));
+//     ... frames with .method = "reference" ...
+//     ng_composer_unregister(ng_renderer_composer(renderer), provider.name);
+//     lf_progressive_destroy(&p);
+//
+// A frame that wants the method gives it a slice of time, on the jobs, in the pass "reference/trace". Slices
+// add up to passes of one sample a pixel; when something changes (scene, camera, size) the picture begins
+// again, with a coarse preview until the first pass is through. After N passes it equals what lf_reference
+// makes of N samples, byte for byte, however the slices fell. One thread.
+#ifndef LF_PROGRESSIVE_PROGRESSIVE_H
+#define LF_PROGRESSIVE_PROGRESSIVE_H
+
+#include "graph/provider.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct lf_progressive;
+struct ng_jobs;
+
+struct lf_progressive_params {
+    struct ng_jobs *jobs; // borrowed; null: the caller's thread alone
+    uint32_t samples;     // a pixel; there it rests; 0: never
+    uint64_t seed;        // of the random numbers
+    double slice;         // seconds of tracing in a frame, exceeded by at most one region; 0: 0.03
+};
+
+NG_NODISCARD ng_result lf_progressive_create(const struct lf_progressive_params *params,
+                                             struct lf_progressive **out);
+void lf_progressive_destroy(struct lf_progressive **progressive);
+
+// Publishes ng_radiance_item (render/frame.h) in frames that want "reference". What goes wrong while tracing
+// is logged, and the last good picture stays until something changes.
+struct ng_provider lf_progressive_provider(struct lf_progressive *progressive);
+
+// Of the picture under way.
+struct lf_progressive_stats {
+    uint32_t samples; // a pixel, of passes that are through
+    double seconds;   // of tracing
+    uint64_t rays;
+    bool resting; // has all samples that it was to have, or went wrong
+};
+struct lf_progressive_stats lf_progressive_stats_of(const struct lf_progressive *progressive);
+
+#endif

@@ -1,0 +1,49 @@
+// The methods: how light is computed. One table, from which render, view and bench take what --method
+// accepts. To add a method, add a row to methods.c.
+#ifndef LIGHTFORMER_METHODS_H
+#define LIGHTFORMER_METHODS_H
+
+#include "base/result.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+struct ng_stage;
+
+// Where a method can be used.
+enum { METHOD_RENDER = 1, METHOD_VIEW = 2, METHOD_BENCH = 4 };
+
+struct method_params {
+    struct ng_stage *stage; // borrowed; with a device
+    uint32_t samples;       // of methods that refine their picture: a pixel, at which they rest; 0: never
+};
+
+struct method {
+    const char *name; // of --method, and of the frame (render/frame.h)
+    char key;         // that chooses it in view
+    unsigned uses;    // METHOD_*
+    const char *doc;  // a few words
+    // Joins the stage's renderer. Null: the renderer has it. `*state` is what the others take.
+    ng_result (*create)(const struct method_params *params, void **state);
+    void (*destroy)(void **state);
+    // What there is to say of its picture so far, for people: "64 spp, 3.1 s". Null: nothing.
+    void (*describe)(const void *state, char *out, size_t size);
+};
+
+#define METHOD_MAX 8
+
+// The methods of one use, in order; null past the end.
+const struct method *method_of(unsigned use, uint32_t index);
+// The same for tables of options: their names.
+const char *method_render_name(uint32_t index);
+const char *method_view_name(uint32_t index);
+const char *method_bench_name(uint32_t index);
+
+// Makes a stage's renderer know a method. Close it before the stage.
+NG_NODISCARD ng_result method_open(const struct method *method, const struct method_params *params,
+                                   void **state);
+void method_close(const struct method *method, void **state);
+// Empty if there is nothing to say.
+void method_describe(const struct method *method, const void *state, char *out, size_t size);
+
+#endif
