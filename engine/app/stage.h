@@ -22,6 +22,7 @@ struct ng_stage_params {
     const char *device;       // as in struct ng_gpu_params
     uint32_t threads;         // as in struct ng_jobs_params
     bool no_device;           // nothing is drawn: ng_stage_seek and its snapshot are all there is
+    bool needs_camera;        // a file without a camera is refused: NG_ERROR_NOT_FOUND
     // As in struct ng_renderer_params, for benchmarks:
     bool redraw_lights, bare_passes;
 };

@@ -27,6 +27,7 @@ struct ng_gltf_params {
 struct ng_gltf_scene {
     ng_entity root;   // named after the file's scene; holds the scene_scale component
     ng_entity camera; // the first camera of the file, or the default one that frames the scene
+    bool camera_made; // the file has none
     uint32_t entity_count, primitive_count, material_count, light_count, clip_count, skin_count;
     uint32_t image_count;
     uint64_t triangle_count; // of the fallback meshes, before subdivision

@@ -176,6 +176,7 @@ ng_result parse_model(const char *path, const unsigned char *data, size_t size, 
     tinygltf::TinyGLTF parser;
     parser.SetFsCallbacks({file_exists, same_path, read_file, nullptr, &files});
     parser.SetImageLoader(keep_image, nullptr);
+    parser.SetStoreOriginalJSONForExtrasAndExtensions(true);
     std::string error, warning;
     bool ok =
         is_binary(data, size)
@@ -213,41 +214,44 @@ struct Converter {
         return items;
     }
 
-    void value(const tinygltf::Value &from, const char *key, gltf_value *to)
+    const char *text(const std::string &from)
+    {
+        char *copy = array<char>(from.size() + 1);
+        std::memcpy(copy, from.c_str(), from.size() + 1);
+        return copy;
+    }
+    void value(const nlohmann::json &from, const char *key, gltf_value *to)
     {
         to->key = key;
-        if (from.IsBool()) {
+        if (from.is_boolean()) {
             to->kind = GLTF_BOOL;
-            to->boolean = from.Get<bool>();
-        } else if (from.IsNumber()) {
+            to->boolean = from.get<bool>();
+        } else if (from.is_number()) {
             to->kind = GLTF_NUMBER;
-            to->number = from.GetNumberAsDouble();
-        } else if (from.IsString()) {
+            to->number = from.get<double>();
+        } else if (from.is_string()) {
             to->kind = GLTF_STRING;
-            to->string = from.Get<std::string>().c_str();
-        } else if (from.IsArray()) {
-            const auto &list = from.Get<tinygltf::Value::Array>();
-            to->kind = GLTF_ARRAY;
-            gltf_value *items = array<gltf_value>(list.size());
-            for (const auto &item : list)
-                value(item, nullptr, &items[to->count++]);
-            to->items = items;
+            to->string = text(from.get_ref<const std::string &>());
         } else {
-            const auto &members = from.Get<tinygltf::Value::Object>();
-            to->kind = GLTF_OBJECT;
-            gltf_value *items = array<gltf_value>(members.size());
-            for (const auto &member : members)
-                value(member.second, member.first.c_str(), &items[to->count++]);
+            to->kind = from.is_array() ? GLTF_ARRAY : GLTF_OBJECT;
+            gltf_value *items = array<gltf_value>(from.size());
+            for (auto item = from.begin(); item != from.end(); ++item)
+                value(*item, from.is_array() ? nullptr : text(item.key()), &items[to->count++]);
             to->items = items;
         }
     }
-    const gltf_value *extension(const tinygltf::ExtensionMap &map)
+    // From the text of the extensions: tinygltf's own values leave out empty objects, such as "light_mesh":
+    // {}.
+    const gltf_value *extension(const std::string &extensions)
     {
-        auto found = map.find("NG_scene");
-        if (found == map.end())
+        if (extensions.empty())
+            return nullptr;
+        const auto parsed = nlohmann::json::parse(extensions);
+        auto found = parsed.find("NG_scene");
+        if (found == parsed.end())
             return nullptr;
         gltf_value *v = array<gltf_value>(1);
-        value(found->second, nullptr, v);
+        value(*found, nullptr, v);
         return v;
     }
     static gltf_numbers numbers(const std::vector<double> &from)
@@ -265,7 +269,7 @@ struct Converter {
         out.indices = p.indices;
         out.material = p.material;
         out.mode = p.mode;
-        out.extension = extension(p.extensions);
+        out.extension = extension(p.extensions_json_string);
         return out;
     }
     gltf_node node(const tinygltf::Node &n)
@@ -286,7 +290,7 @@ struct Converter {
         out.scale = numbers(n.scale);
         out.children = n.children.data();
         out.child_count = (uint32_t)n.children.size();
-        out.extension = extension(n.extensions);
+        out.extension = extension(n.extensions_json_string);
         return out;
     }
     gltf_material material(const tinygltf::Material &m)
@@ -311,7 +315,7 @@ struct Converter {
                                           pbr.metallicRoughnessTexture.texCoord};
         out.normal_texture = {m.normalTexture.index, m.normalTexture.texCoord};
         out.emissive_texture = {m.emissiveTexture.index, m.emissiveTexture.texCoord};
-        out.extension = extension(m.extensions);
+        out.extension = extension(m.extensions_json_string);
         return out;
     }
     static gltf_accessor accessor(const tinygltf::Accessor &a)
@@ -346,7 +350,7 @@ struct Converter {
             map<gltf_keys>(a.samplers, &out.sampler_count, [](const tinygltf::AnimationSampler &s) {
                 return gltf_keys{s.input, s.output, s.interpolation.c_str()};
             });
-        out.extension = extension(a.extensions);
+        out.extension = extension(a.extensions_json_string);
         return out;
     }
 
@@ -395,7 +399,7 @@ struct Converter {
                                             [this](const tinygltf::Animation &a) { return animation(a); });
         d->scenes = map<gltf_scene>(m.scenes, &d->scene_count, [this](const tinygltf::Scene &s) {
             return gltf_scene{s.name.c_str(), s.nodes.data(), (uint32_t)s.nodes.size(),
-                              extension(s.extensions)};
+                              extension(s.extensions_json_string)};
         });
         d->required = map<const char *>(m.extensionsRequired, &d->required_count,
                                         [](const std::string &name) { return name.c_str(); });

@@ -134,6 +134,7 @@ static ng_result make_camera(struct gltf_loader *l, const struct ng_scene_scale 
                              .rotation = {sinf(-pitch / 2), 0, 0, cosf(pitch / 2)},
                              .scale = {1, 1, 1}};
     NG_TRY(ng_gltf_entity(l, l->out.root, "camera", "camera", 0, &l->out.camera));
+    l->out.camera_made = true;
     NG_TRY(ng_gltf_add(l, l->out.camera, "default camera", NG_TRANSFORM, &t));
     return ng_gltf_add(l, l->out.camera, "default camera", NG_CAMERA, &camera);
 }

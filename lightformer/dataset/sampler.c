@@ -5,6 +5,7 @@
 #include "base/log.h"
 #include "components/components.h"
 #include "lightformer/dataset/variations.h"
+#include "lightformer/reference/check.h"
 #include "lightformer/trace/tracer.h"
 #include "render/extract.h"
 #include "scene/history.h"
@@ -12,6 +13,7 @@
 
 #include <cglm/cglm.h>
 #include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #define ROOM_SHARE 0.01f // of the scene's radius: free space around an eye
@@ -153,31 +155,19 @@ void lf_scene_sampler_destroy(struct lf_scene_sampler **sampler)
     free(self);
 }
 
-// An emitter that would shine if it had any area.
-static bool lacks_area(const struct ng_snapshot_light *light)
+// Emission alone is no light: encoders observe lights.
+static ng_result check_scene(const struct lf_scene_sampler *self, uint64_t seed)
 {
-    struct ng_light_surface surface;
-    if (light->power > 0 || !light->source.type->surface)
-        return false;
-    light->source.type->surface(&light->source, &surface);
-    return ng_light_mean(surface.radiance) > 0;
-}
-
-static ng_result check_lights(const struct ng_snapshot *s, uint64_t seed)
-{
-    uint32_t shining = 0;
-    for (uint32_t i = 0; i < s->light_count; i++) {
-        const struct ng_snapshot_light *light = &s->lights[i];
-        if (lacks_area(light)) {
-            ng_log_error("light \"%s\" has no area (seed %" PRIu64 "); give it a size, or switch it off",
-                         light->name, seed);
-            return NG_ERROR_FORMAT;
-        }
-        shining += light->power > 0;
-    }
-    if (shining)
+    const struct ng_snapshot *s = self->snapshot;
+    char sample[64];
+    bool shines = false;
+    snprintf(sample, sizeof sample, "the sample of seed %" PRIu64, seed);
+    NG_TRY(lf_check_scene(self->params.world, s, sample));
+    for (uint32_t i = 0; i < s->light_count; i++)
+        shines |= s->lights[i].power > 0;
+    if (shines)
         return NG_OK;
-    ng_log_error("no light shines in this scene (seed %" PRIu64 "); all samples would be black", seed);
+    ng_log_error("%s: no light shines; add a light component, or switch one on", sample);
     return NG_ERROR_FORMAT;
 }
 
@@ -189,7 +179,7 @@ ng_result lf_scene_sampler_begin(struct lf_scene_sampler *self, uint64_t seed, s
     NG_TRY(lf_variations_apply(self->variations, &params, &out->time));
     ng_result result = take_snapshot(self, out->time);
     if (result == NG_OK)
-        result = check_lights(self->snapshot, seed);
+        result = check_scene(self, seed);
     out->snapshot = self->snapshot;
     if (result != NG_OK && lf_scene_sampler_end(self) != NG_OK)
         return NG_ERROR_MEMORY;

@@ -135,7 +135,8 @@ static ng_result make(const struct dataset *d, struct ng_stage *stage)
 
 static ng_result make_dataset(const struct dataset *d)
 {
-    struct ng_stage_params params = {.scene = d->scene, .device = d->device, .threads = d->threads};
+    struct ng_stage_params params = {
+        .scene = d->scene, .device = d->device, .threads = d->threads, .needs_camera = true};
     struct ng_stage *stage;
     NG_TRY(ng_stage_create(&params, &stage));
     ng_result result = make(d, stage);

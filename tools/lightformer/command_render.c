@@ -411,6 +411,7 @@ static ng_result open_reference(struct job *job)
 {
     const struct render *r = job->render;
     struct render_reference_params params = {.scene = r->scene,
+                                             .world = job->stage->world,
                                              .reference = {.width = r->size.width,
                                                            .height = r->size.height,
                                                            .depth = r->depth,
@@ -448,8 +449,11 @@ static ng_result vary(struct job *job)
 static ng_result render(struct job *job)
 {
     const struct render *r = job->render;
-    struct ng_stage_params params = {
-        .scene = r->scene, .device = r->device, .threads = r->threads, .no_device = is_reference(r)};
+    struct ng_stage_params params = {.scene = r->scene,
+                                     .device = r->device,
+                                     .threads = r->threads,
+                                     .no_device = is_reference(r),
+                                     .needs_camera = is_reference(r) || r->variation.given};
     NG_TRY(ng_stage_create(&params, &job->stage));
     NG_TRY(vary(job));
     if (is_reference(r))

@@ -2,7 +2,7 @@
 #include "progress.h"
 
 #include "base/log.h"
-#include "render/snapshot.h"
+#include "lightformer/reference/check.h"
 
 #include <stdlib.h>
 
@@ -52,17 +52,6 @@ void render_reference_destroy(struct render_reference **reference)
     free(r);
 }
 
-static bool gives_light(const struct ng_snapshot *s)
-{
-    for (uint32_t i = 0; i < s->light_count; i++)
-        if (s->lights[i].power > 0)
-            return true;
-    for (uint32_t i = 0; i < s->material_count; i++)
-        if (s->materials[i].emission[0] + s->materials[i].emission[1] + s->materials[i].emission[2] > 0)
-            return true;
-    return false;
-}
-
 static bool show_progress(void *user, const struct lf_reference_progress *p)
 {
     progress_update(user, p->samples);
@@ -73,10 +62,6 @@ ng_result render_reference_draw(struct render_reference *r, const struct ng_snap
                                 uint32_t *samples)
 {
     const struct render_reference_params *p = &r->params;
-    if (!gives_light(snapshot)) {
-        ng_log_error("%s: nothing in the scene gives light, so its picture is black; add a light", p->scene);
-        return NG_ERROR_UNSUPPORTED;
-    }
     struct progress progress;
     struct lf_reference_run_params run = {.samples = p->samples,
                                           .time_limit = p->time_limit,
@@ -84,6 +69,7 @@ ng_result render_reference_draw(struct render_reference *r, const struct ng_snap
                                           .user = &progress,
                                           .checkpoint = p->checkpoint,
                                           .picture = p->picture};
+    NG_TRY(lf_check_scene(p->world, snapshot, p->scene));
     NG_TRY(lf_tracer_update(r->tracer, snapshot));
     NG_TRY(lf_reference_begin(r->reference, r->tracer));
     progress_begin(&progress, "sample", p->samples);

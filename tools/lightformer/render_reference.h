@@ -7,10 +7,12 @@
 #include "lightformer/reference/reference.h"
 
 struct ng_snapshot;
+struct ng_world;
 struct render_reference;
 
 struct render_reference_params {
-    const char *scene; // for messages
+    const char *scene;            // for messages
+    const struct ng_world *world; // what the snapshots are of
     struct lf_reference_params reference;
     uint32_t samples;       // a pixel
     double time_limit;      // seconds; 0: none

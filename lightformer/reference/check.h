@@ -1,0 +1,19 @@
+// Scenes that ground truth cannot be made of, found before the first path: a picture of one would be black,
+// infinite, or not what its author believes.
+#ifndef LF_REFERENCE_CHECK_H
+#define LF_REFERENCE_CHECK_H
+
+#include "base/result.h"
+
+struct ng_snapshot;
+struct ng_world;
+
+// Refuses, with one line that begins with `scene` and names the thing (by `world`, which the snapshot is of):
+// nothing that gives light; an emitter that would shine if it had an area; a light whose power is not finite;
+// a mesh of nothing but degenerate triangles, unless it is deformed, which may pass through such a state.
+// Single degenerate triangles are harmless and common, as at the poles of spheres: no ray meets them.
+// Error: NG_ERROR_FORMAT. Thread-safe as long as both stay as they are.
+NG_NODISCARD ng_result lf_check_scene(const struct ng_world *world, const struct ng_snapshot *snapshot,
+                                      const char *scene);
+
+#endif
