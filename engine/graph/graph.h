@@ -27,7 +27,7 @@
 // between ng_graph_begin and ng_graph_compile.
 //
 // Culling: a pass runs if something that leaves the frame needs it: an export, a readback, a write to an
-// imported, persistent or history resource, or NG_PASS_SIDE_EFFECT.
+// imported, persistent or history resource (but see NG_PASS_ON_DEMAND), or NG_PASS_SIDE_EFFECT.
 //
 // Threads: a graph belongs to one thread. Memory: names and descriptions are copied into the frame; nothing
 // is allocated, neither on the host nor on the device, once the largest frame has been seen.
@@ -151,6 +151,9 @@ typedef ng_result (*ng_pass_fn)(const struct ng_pass_context *ctx);
 
 enum {
     NG_PASS_SIDE_EFFECT = 1, // runs even if nothing needs what it writes
+    // Writing persistent resources is no reason to run: only if this frame reads what the pass writes. What a
+    // culled pass would have written is not valid in the next frame.
+    NG_PASS_ON_DEMAND = 2,
 };
 
 struct ng_pass_params {

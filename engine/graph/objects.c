@@ -337,6 +337,19 @@ ng_result graph_realise(struct ng_graph *g)
     return NG_OK;
 }
 
+// What passes that were culled would have written is out of date.
+static void invalidate_culled(struct ng_graph *g)
+{
+    for (uint32_t p = 0; p < g->pass_count; p++)
+        for (size_t i = 0; g->plan.passes[p].step == NG_PLAN_NONE && i < g->passes.items[p]->uses.count;
+             i++) {
+            const struct decl_use *u = &g->passes.items[p]->uses.items[i];
+            const struct decl_resource *r = &g->resources.items[u->resource];
+            if (u->write && r->kind == NG_RESOURCE_PERSISTENT)
+                graph_kept_find(g, r->name)->valid = false;
+        }
+}
+
 static void retire_resource(struct ng_graph *g, uint32_t index, bool written, bool failed)
 {
     const struct ng_plan_resource *r = &g->plan.resources[index];
@@ -353,6 +366,7 @@ static void retire_resource(struct ng_graph *g, uint32_t index, bool written, bo
 
 void graph_retire(struct ng_graph *g, const struct written *written)
 {
+    invalidate_culled(g);
     for (uint32_t i = 0; i < g->resources.count; i++) {
         enum ng_resource_kind kind = g->plan.resources[i].kind;
         if (kind == NG_RESOURCE_PERSISTENT || has_history(kind))

@@ -135,7 +135,8 @@ static bool is_sink(const struct compile *c, const struct ng_pass *p)
     for (size_t i = 0; i < p->uses.count; i++) {
         const struct decl_use *u = &p->uses.items[i];
         enum ng_resource_kind kind = c->g->resources.items[u->resource].kind;
-        if (u->write && kind != NG_RESOURCE_TRANSIENT)
+        bool on_demand = kind == NG_RESOURCE_PERSISTENT && (p->flags & NG_PASS_ON_DEMAND);
+        if (u->write && kind != NG_RESOURCE_TRANSIENT && !on_demand)
             return true;
     }
     return false;

@@ -282,6 +282,11 @@ static struct ng_pass *add_pass(struct ng_graph *g, const struct pass_data *data
                                                          .flags = flags});
 }
 
+static uint32_t map_flags(const struct pass_data *data)
+{
+    return data->self->params.always ? NG_PASS_SIDE_EFFECT : NG_PASS_ON_DEMAND;
+}
+
 static void declare_bare_depth(struct ng_graph *g, const struct pass_data *data)
 {
     char name[160];
@@ -308,7 +313,7 @@ static struct ng_graph_ref redraw(struct ng_graph *g, struct ng_pass *pass, stru
 static void declare_surface(struct ng_graph *g, const struct pass_data *data)
 {
     struct ng_light_maps *m = &data->light->maps;
-    struct ng_pass *pass = add_pass(g, data, "rsm", "surface", draw_surface, 0);
+    struct ng_pass *pass = add_pass(g, data, "rsm", "surface", draw_surface, map_flags(data));
     m->position = redraw(g, pass, m->position, NG_USE_COLOR);
     m->normal = redraw(g, pass, m->normal, NG_USE_COLOR);
     m->flux = redraw(g, pass, m->flux, NG_USE_COLOR);
@@ -346,7 +351,8 @@ static void declare_light(struct ng_graph *g, const struct pass_data *data, stru
     bool surface_stale =
         always || !valid[1] || !valid[2] || !valid[3] || memory->surface_seen != surface_seen;
     if (depth_stale)
-        m->depth = redraw(g, add_pass(g, data, "rsm", "depth", draw_depth, 0), m->depth, NG_USE_DEPTH);
+        m->depth =
+            redraw(g, add_pass(g, data, "rsm", "depth", draw_depth, map_flags(data)), m->depth, NG_USE_DEPTH);
     if (surface_stale)
         declare_surface(g, data);
     m->redrawn = depth_stale || surface_stale;

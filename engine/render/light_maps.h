@@ -1,8 +1,8 @@
 // What each light sees: its depth maps and its reflective shadow map (render/frame.h, struct ng_light_maps).
 //
 // One provider for all lights; each light has passes of its own, "rsm:<light>/depth" and
-// "rsm:<light>/surface". They run only when something that they show has changed: the light, or an instance
-// in its views.
+// "rsm:<light>/surface". They run only when something that they show has changed, the light or an instance
+// in its views, and only if a method of the frame reads them.
 #ifndef NG_RENDER_LIGHT_MAPS_H
 #define NG_RENDER_LIGHT_MAPS_H
 
@@ -15,7 +15,8 @@ struct ng_light_maps_params {
     struct ng_gpu *gpu;
     uint64_t depth_budget; // bytes for all depth maps; 0: 192 MiB. The face size falls from 1024 to fit
     float cascade_radius;  // metres: scenes larger than this give orthographic lights four cascades; 0: 40
-    bool always;           // redraw in every frame, whether or not anything changed (benchmarks, tests)
+    bool always;           // redraw in every frame, whether or not anything changed or anybody reads it
+                           // (benchmarks, tests)
     bool bare_depth;       // adds "bare:<light>/depth", the same depth pass into a map of its own, to measure
                            // against
 };

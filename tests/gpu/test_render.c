@@ -493,11 +493,17 @@ static void light_maps_are_redrawn_only_when_what_they_show_changes(void **state
     draw(s);
     assert_int_equal(runs_of(s, "rsm:lamp/depth"), 3);
 
+    read_flux(s);
     s->lights[0].version = 99; // brightness: the small maps hold flux, the depth map does not care
     uint64_t surface = runs_of(s, "rsm:lamp/surface");
-    draw(s);
+    draw(s); // and nothing here reads the small maps
     assert_int_equal(runs_of(s, "rsm:lamp/depth"), 3);
+    assert_int_equal(runs_of(s, "rsm:lamp/surface"), surface);
+    read_flux(s); // until somebody does
     assert_int_equal(runs_of(s, "rsm:lamp/surface"), surface + 1);
+    read_flux(s);
+    assert_int_equal(runs_of(s, "rsm:lamp/surface"), surface + 1);
+    assert_int_equal(runs_of(s, "rsm:lamp/depth"), 3);
 }
 
 static void lights_add_up_and_names_may_clash(void **state)

@@ -456,6 +456,28 @@ static void what_nothing_needs_is_culled(void **state)
     ng_graph_destroy(&g);
 }
 
+static void what_is_written_on_demand_runs_if_it_is_read(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_graph *g = make_graph();
+    const struct ng_pass_params params = {
+        .name = "k", .kind = NG_PASS_COMPUTE, .run = nothing, .flags = NG_PASS_ON_DEMAND};
+    for (int read = 0; read < 2; read++) {
+        ng_graph_begin(g);
+        struct ng_graph_ref kept =
+            ng_graph_persistent_buffer(g, "K", &(struct ng_graph_buffer_params){.size = 64}, NULL);
+        kept = ng_pass_write(ng_graph_add_pass(g, &params), kept, NG_USE_STORAGE_WRITE);
+        struct ng_pass *reader = pass(g, "reader", NG_PASS_COMPUTE);
+        ng_pass_read(reader, kept, NG_USE_STORAGE_READ);
+        struct ng_graph_ref out = ng_pass_write(reader, buffer(g, "B"), NG_USE_STORAGE_WRITE);
+        if (read)
+            ng_graph_export(g, out);
+        assert_int_equal(ng_graph_compile(g), NG_OK);
+        assert_int_equal(step_of(ng_graph_plan(g), "k") != NULL, read);
+    }
+    ng_graph_destroy(&g);
+}
+
 static void readback_and_persistent_are_sinks(void **state)
 {
     NG_UNUSED(state);
@@ -750,6 +772,7 @@ int main(void)
         cmocka_unit_test(each_mistake_names_pass_and_resource),
         cmocka_unit_test(a_mistake_of_every_frame_is_logged_once),
         cmocka_unit_test(what_nothing_needs_is_culled),
+        cmocka_unit_test(what_is_written_on_demand_runs_if_it_is_read),
         cmocka_unit_test(readback_and_persistent_are_sinks),
         cmocka_unit_test(after_reorders),
         cmocka_unit_test(first_write_clears_if_asked),
