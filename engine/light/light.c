@@ -93,27 +93,6 @@ static bool valid(const struct ng_light_sample *p)
            finite3(p->normal) && finite3(p->power);
 }
 
-static void scale_to_unit_mean(float rgb[3])
-{
-    float mean = ng_light_mean(rgb);
-    for (int i = 0; i < 3 && mean > 0 && isfinite(mean); i++)
-        rgb[i] /= mean;
-}
-
-void ng_light_at_unit_strength(const struct ng_light_source *s, struct ng_light_source *out)
-{
-    struct ng_light_strength given, unit;
-    memcpy(&given, s->params, sizeof given);
-    memset(&unit, 0, sizeof unit); // padding is among the bytes
-    unit.on = true;
-    unit.strength = 1;
-    memcpy(unit.color, given.color, sizeof unit.color);
-    scale_to_unit_mean(unit.color);
-    *out = *s;
-    scale_to_unit_mean(out->emission);
-    memcpy(out->params, &unit, sizeof unit);
-}
-
 void ng_light_sample_at(const struct ng_light_source *s, const float u[2], struct ng_light_sample *out)
 {
     memset(out, 0, sizeof *out);

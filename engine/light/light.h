@@ -33,13 +33,6 @@ struct ng_light_image {
 struct ng_light_type;
 struct ng_light_tables; // importance distribution, light_internal.h
 
-// How all components of lights begin.
-struct ng_light_strength {
-    bool on;
-    float color[3]; // linear
-    float strength; // times colour: intensity, radiance, irradiance or a scale, as the type says
-};
-
 // A light of a frame. `params` is a copy of the component, whatever its type. Zero it, fill it, prepare it.
 struct ng_light_source {
     const struct ng_light_type *type;
@@ -165,11 +158,6 @@ float ng_light_mean(const float rgb[3]);
 void ng_light_power_rgb(const struct ng_light_source *s, float rgb[3]);
 // Phi: the mean of the channels' powers; 0 if dark.
 float ng_light_power(const struct ng_light_source *s);
-
-// The same light, on and at unit strength: what it is but for its power. Lights that differ in being on and
-// in strength alone give the same bytes, so that what is computed from them is the same too. Colours (and the
-// emission of meshes) have a mean of 1; a black light stays black. Copies share tables with `s`.
-void ng_light_at_unit_strength(const struct ng_light_source *s, struct ng_light_source *out);
 
 void ng_light_sample_at(const struct ng_light_source *s, const float u[2], struct ng_light_sample *out);
 void ng_light_incident_at(const struct ng_light_source *s, const struct ng_light_sample *sample,

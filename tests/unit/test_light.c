@@ -125,19 +125,14 @@ static void make_known(struct ng_light_source s[KNOWN])
     s[9].image = map_image();
 }
 
-static const struct ng_component_desc *component_of(const struct ng_light_type *type)
+static void add_defaults(struct sources *all, const struct ng_light_type *type)
 {
     static const struct ng_component_desc *const components[] = {
 #define X(NAME, name) &ng_##name##_component,
         NG_COMPONENT_LIST(X)
 #undef X
     };
-    return components[type->component];
-}
-
-static void add_defaults(struct sources *all, const struct ng_light_type *type)
-{
-    const struct ng_component_desc *desc = component_of(type);
+    const struct ng_component_desc *desc = components[type->component];
     struct ng_light_source *s = &all->s[all->count++];
     *s = make(type->component, desc->defaults, desc->size);
     if (type->emissive_mesh)
@@ -788,48 +783,6 @@ static void test_dark_meshes_and_maps(void **state)
 }
 
 // A receiver on the light itself, or a degenerate placement: no division by zero.
-static void test_components_begin_with_strength(void **state)
-{
-    NG_UNUSED(state);
-    for (int i = 0; ng_light_types[i]; i++) {
-        const struct ng_component_desc *desc = component_of(ng_light_types[i]);
-        assert_true(desc->field_count >= 3);
-        assert_string_equal(desc->fields[0].name, "on");
-        assert_int_equal(desc->fields[0].offset, offsetof(struct ng_light_strength, on));
-        assert_string_equal(desc->fields[1].name, "color");
-        assert_int_equal(desc->fields[1].offset, offsetof(struct ng_light_strength, color));
-        assert_int_equal(desc->fields[2].type, NG_FIELD_F32);
-        assert_int_equal(desc->fields[2].offset, offsetof(struct ng_light_strength, strength));
-    }
-}
-
-// At unit strength a light does not tell how bright it was, and only that is lost.
-static void test_unit_strength_forgets_the_power_alone(void **state)
-{
-    NG_UNUSED(state);
-    struct sources all;
-    make_all(&all);
-    for (int i = 0; i < all.count; i++) {
-        struct ng_light_source unit, again, other = all.s[i];
-        struct ng_light_strength strength;
-        ng_light_at_unit_strength(&all.s[i], &unit);
-        memcpy(&strength, other.params, sizeof strength);
-        strength.on = false;
-        strength.strength *= 7.3f;
-        memcpy(other.params, &strength, sizeof strength);
-        ng_light_at_unit_strength(&other, &again);
-        assert_memory_equal(&unit, &again, sizeof unit);
-
-        float power[3], unit_power[3], scale;
-        ng_light_power_rgb(&all.s[i], power);
-        ng_light_power_rgb(&unit, unit_power);
-        scale = ng_light_mean(power) / ng_light_mean(unit_power);
-        for (int c = 0; c < 3; c++)
-            RELATIVE(unit_power[c] * scale, power[c], 1e-5);
-    }
-    finish_all(&all);
-}
-
 static void test_receiver_on_the_light(void **state)
 {
     (void)state;
@@ -877,8 +830,6 @@ int main(void)
         cmocka_unit_test(test_mirrored_rectangle),
         cmocka_unit_test(test_dark_lights),
         cmocka_unit_test(test_dark_meshes_and_maps),
-        cmocka_unit_test(test_components_begin_with_strength),
-        cmocka_unit_test(test_unit_strength_forgets_the_power_alone),
         cmocka_unit_test(test_receiver_on_the_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
