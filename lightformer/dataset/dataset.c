@@ -49,7 +49,7 @@ static ng_result check_params(const struct lf_dataset_params *p)
 }
 
 // Control characters of a name have no place in a header: they become dashes.
-static void put_word(struct lf_tensor_note *note, const char *key, const char *value)
+static void put_word(struct lf_setting *note, const char *key, const char *value)
 {
     snprintf(note->key, sizeof note->key, "%s", key);
     snprintf(note->value, sizeof note->value, "%s", value);
@@ -65,7 +65,7 @@ static void make_settings(const struct lf_dataset_params *p, struct lf_settings 
         uint32_t value;
     } numbers[] = {
         {"size", p->size}, {"crop", p->crop}, {"crops", p->crops}, {"spp", p->spp}, {"vpls", p->vpls}};
-    struct lf_tensor_note *note = s->items;
+    struct lf_setting *note = s->items;
     char word[32];
     put_word(note++, "format", "1");
     put_word(note++, "program", p->program);
@@ -93,7 +93,7 @@ static ng_result open_manifest(struct run *run)
         return NG_OK;
     }
     NG_TRY(found);
-    const struct lf_tensor_note *other = lf_settings_difference(&run->manifest.settings, &settings);
+    const struct lf_setting *other = lf_settings_difference(&run->manifest.settings, &settings);
     if (!other)
         return NG_OK;
     ng_log_error("%s: holds a data set with other settings (%s is \"%s\" there); choose another folder",

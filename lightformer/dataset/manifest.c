@@ -26,7 +26,7 @@ static bool manifest_path(const char *directory, char *out, size_t size)
     return n > 0 && (size_t)n < size;
 }
 
-const struct lf_tensor_note *lf_settings_difference(const struct lf_settings *a, const struct lf_settings *b)
+const struct lf_setting *lf_settings_difference(const struct lf_settings *a, const struct lf_settings *b)
 {
     for (int i = 0; i < LF_SETTING_COUNT; i++)
         if (strcmp(a->items[i].key, b->items[i].key) != 0 ||
@@ -71,7 +71,7 @@ static bool read_settings(struct lf_json *j, struct lf_settings *out)
     while (lf_json_more(j, '}')) {
         if (count == LF_SETTING_COUNT)
             return false;
-        struct lf_tensor_note *note = &out->items[count++];
+        struct lf_setting *note = &out->items[count++];
         if (!lf_json_key(j, note->key, sizeof note->key) ||
             !lf_json_string(j, note->value, sizeof note->value))
             return false;

@@ -14,10 +14,14 @@
 
 #define LF_SETTING_COUNT 11
 
+struct lf_setting {
+    char key[32], value[96];
+};
+
 // The settings as words, in this order: format, program, scene, scene_hash, size, crop, crops, spp, vpls,
 // camera, time.
 struct lf_settings {
-    struct lf_tensor_note items[LF_SETTING_COUNT];
+    struct lf_setting items[LF_SETTING_COUNT];
 };
 
 struct lf_shard {
@@ -33,7 +37,7 @@ struct lf_manifest {
 // "DIR/shard-FIRST-LAST.safetensors", seeds with ten digits. False if it does not fit.
 bool lf_shard_path(const char *directory, const struct lf_shard *shard, char *out, size_t size);
 // The first setting in which two differ, or null.
-const struct lf_tensor_note *lf_settings_difference(const struct lf_settings *a, const struct lf_settings *b);
+const struct lf_setting *lf_settings_difference(const struct lf_settings *a, const struct lf_settings *b);
 
 // NG_ERROR_NOT_FOUND, silently, if the folder has none; NG_ERROR_FORMAT, logged, if it is not one.
 NG_NODISCARD ng_result lf_manifest_read(const char *directory, struct lf_manifest *out);

@@ -1,6 +1,8 @@
 // A scanner that moves one pointer; who calls knows what comes next.
 #include "lightformer/tensors/json_reader.h"
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct lf_json lf_json_begin(const void *text, size_t size)
@@ -94,6 +96,41 @@ bool lf_json_number(struct lf_json *j, uint64_t *out)
     } while (j->at < j->end && *j->at >= '0' && *j->at <= '9');
     *out = n;
     return true;
+}
+
+static size_t digits(const char *s)
+{
+    return strspn(s, "0123456789");
+}
+
+// What strtod takes but JSON does not (a sign +, a point without digits, hexadecimal, "inf") is told by
+// measuring the number first.
+bool lf_json_real(struct lf_json *j, double *out)
+{
+    char text[40] = {0};
+    peek(j);
+    size_t left = (size_t)(j->end - j->at), length = 0;
+    memcpy(text, j->at, left < sizeof text - 1 ? left : sizeof text - 1);
+    length += text[0] == '-';
+    size_t whole = digits(text + length);
+    length += whole;
+    if (text[length] == '.') {
+        size_t fraction = digits(text + length + 1);
+        whole = fraction ? whole : 0;
+        length += 1 + fraction;
+    }
+    if (text[length] == 'e' || text[length] == 'E') {
+        size_t sign = text[length + 1] == '-' || text[length + 1] == '+';
+        size_t exponent = digits(text + length + 1 + sign);
+        whole = exponent ? whole : 0;
+        length += 1 + sign + exponent;
+    }
+    if (j->failed || !whole || length == sizeof text - 1)
+        return fail(j);
+    text[length] = 0;
+    *out = strtod(text, NULL);
+    j->at += length;
+    return isfinite((float)*out) || fail(j);
 }
 
 static bool skip(struct lf_json *j, int depth)

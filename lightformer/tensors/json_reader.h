@@ -30,7 +30,9 @@ bool lf_json_key(struct lf_json *j, char *out, size_t size);
 bool lf_json_string(struct lf_json *j, char *out, size_t size);
 // A whole number from 0 to 2^53.
 bool lf_json_number(struct lf_json *j, uint64_t *out);
-// Passes over any value.
+// Any number that is finite as a float.
+bool lf_json_real(struct lf_json *j, double *out);
+// Passes over any value whose numbers are whole.
 bool lf_json_skip(struct lf_json *j);
 // True if nothing but white space is left and nothing failed.
 bool lf_json_end(struct lf_json *j);

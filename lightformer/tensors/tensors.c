@@ -73,10 +73,15 @@ void *lf_tensors_add(struct lf_tensors *t, const char *name, enum lf_dtype dtype
 
 ng_result lf_tensors_note(struct lf_tensors *t, const char *key, const char *value)
 {
-    struct lf_tensor_note note;
+    size_t size = strlen(value) + 1;
+    struct lf_tensor_note note = {.value = malloc(size)};
     snprintf(note.key, sizeof note.key, "%s", key);
-    snprintf(note.value, sizeof note.value, "%s", value);
-    return ng_array_push(&t->notes, note) ? NG_OK : ng_out_of_memory("the notes of a shard");
+    if (note.value && ng_array_push(&t->notes, note)) {
+        memcpy(note.value, value, size);
+        return NG_OK;
+    }
+    free(note.value);
+    return ng_out_of_memory("the notes of a file of tensors");
 }
 
 const struct lf_tensor *lf_tensors_find(const struct lf_tensors *t, const char *name)
@@ -99,6 +104,8 @@ void lf_tensors_finish(struct lf_tensors *t)
 {
     for (size_t i = 0; !t->file && i < t->list.count; i++)
         free(t->list.items[i].data);
+    for (size_t i = 0; i < t->notes.count; i++)
+        free(t->notes.items[i].value);
     free(t->file);
     ng_array_finish(&t->list);
     ng_array_finish(&t->notes);
@@ -212,17 +219,18 @@ ng_result lf_tensors_write(struct lf_tensors *t, const char *path)
 
 // ---- reading ---------------------------------------------------------------------------------------------
 
+// A value is no longer than what is left of the header, into which it is read.
 static bool read_notes(struct lf_json *j, struct lf_tensors *t)
 {
+    size_t size = (size_t)(j->end - j->at) + 1;
+    char key[sizeof t->notes.items->key], *value = malloc(size);
+    bool ok = value;
     lf_json_open(j, '{');
-    while (lf_json_more(j, '}')) {
-        struct lf_tensor_note note;
-        if (!lf_json_key(j, note.key, sizeof note.key) || !lf_json_string(j, note.value, sizeof note.value))
-            return false;
-        if (strcmp(note.key, "hash") != 0 && !ng_array_push(&t->notes, note))
-            return false;
-    }
-    return !j->failed;
+    while (ok && lf_json_more(j, '}'))
+        ok = lf_json_key(j, key, sizeof key) && lf_json_string(j, value, size) &&
+             (strcmp(key, "hash") == 0 || lf_tensors_note(t, key, value) == NG_OK);
+    free(value);
+    return ok && !j->failed;
 }
 
 static bool read_dtype(struct lf_json *j, enum lf_dtype *out)
@@ -307,9 +315,9 @@ static const char *parse(struct lf_tensors *t, unsigned char *file, size_t size)
     for (size_t i = 0; size >= 8 && i < 8; i++)
         header |= (uint64_t)file[i] << (8 * i);
     if (size < HASH_AT + HASH_DIGITS || header > size - 8 || header < HASH_AT + HASH_DIGITS - 8)
-        return "is cut off or not a shard";
+        return "is cut off or not a file of tensors";
     if (memcmp(file + 8, HEAD, sizeof HEAD - 1) != 0)
-        return "is not a shard of a data set";
+        return "is not a file of tensors with a checksum as lightformer writes it";
     t->hash = hash_file(file, size);
     snprintf(digits, sizeof digits, "%016" PRIx64, t->hash);
     if (memcmp(file + HASH_AT, digits, HASH_DIGITS) != 0)

@@ -33,7 +33,8 @@ struct lf_tensor {
 
 // A word about the whole file.
 struct lf_tensor_note {
-    char key[32], value[96];
+    char key[32];
+    char *value; // owned
 };
 
 // To write: zero is empty. Read: everything points into `file`.
