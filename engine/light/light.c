@@ -59,6 +59,13 @@ void ng_light_finish(struct ng_light_source *s)
     *s = (struct ng_light_source){0};
 }
 
+void ng_light_unit(const struct ng_light_source *s, struct ng_light_source *out)
+{
+    *out = *s;
+    if (s->type)
+        s->type->unit(out);
+}
+
 float ng_light_mean(const float rgb[3])
 {
     return (rgb[0] + rgb[1] + rgb[2]) / 3.0f;

@@ -127,6 +127,8 @@ struct ng_light_type {
     // The sample that `sample` would give at a hit, normal on the side that was hit; null for delta lights.
     bool (*at_hit)(const struct ng_light_source *s, const struct ng_light_hit *hit,
                    struct ng_light_sample *out);
+    // Turns the light on and makes the number that scales its power (radiance, intensity, ...) 1.
+    void (*unit)(struct ng_light_source *s);
     // The part of the sample's radiance or intensity that leaves in a unit direction; null: 1 in front of the
     // normal, 0 behind (area lights).
     float (*profile)(const struct ng_light_source *s, const struct ng_light_sample *sample,
@@ -151,6 +153,11 @@ const struct ng_light_type *ng_light_type_of(ng_component component);
 NG_NODISCARD ng_result ng_light_prepare(struct ng_light_source *s);
 // Frees the tables; accepts a zero source.
 void ng_light_finish(struct ng_light_source *s);
+
+// A light that differs from `s` in brightness alone: on, and of brightness 1. So what is computed of it and
+// divided by its power does not depend, to the last bit, on how bright `s` is or whether it is on. Shares the
+// tables of `s`, is never finished and lives no longer.
+void ng_light_unit(const struct ng_light_source *s, struct ng_light_source *out);
 
 // The mean of the three channels: the scalar of colours throughout this folder.
 float ng_light_mean(const float rgb[3]);

@@ -202,6 +202,26 @@ static void test_samples_carry_the_power(void **state)
     finish_all(&all);
 }
 
+// A light that is off or dim is, at unit brightness, the same to the last bit.
+static void test_unit_lights_forget_their_brightness(void **state)
+{
+    (void)state;
+    struct sources all;
+    make_all(&all);
+    for (int i = 0; i < all.count; i++) {
+        struct ng_light_source unit, again, off = all.s[i];
+        ng_light_unit(&all.s[i], &unit);
+        if (i < KNOWN)
+            RELATIVE(ng_light_power(&unit) * 3, ng_light_power(&all.s[i]), 1e-6);
+        memset(off.params, 0, 1); // every light's component begins with its switch
+        assert_true(ng_light_power(&off) == 0);
+        ng_light_unit(&off, &again);
+        assert_memory_equal(&unit, &again, sizeof unit);
+        assert_true(ng_light_power(&unit) > 0);
+    }
+    finish_all(&all);
+}
+
 // A ray shot at a sample finds the light with the density and the radiance that the sample had.
 static void test_hits_agree_with_samples(void **state)
 {
@@ -828,6 +848,7 @@ int main(void)
         cmocka_unit_test(test_uniform_environment_looks_down),
         cmocka_unit_test(test_wide_spot_takes_a_cube),
         cmocka_unit_test(test_mirrored_rectangle),
+        cmocka_unit_test(test_unit_lights_forget_their_brightness),
         cmocka_unit_test(test_dark_lights),
         cmocka_unit_test(test_dark_meshes_and_maps),
         cmocka_unit_test(test_receiver_on_the_light),

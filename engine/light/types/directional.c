@@ -42,6 +42,13 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     return true;
 }
 
+static void unit(struct ng_light_source *s)
+{
+    struct ng_light_directional *p = (void *)s->params;
+    p->on = true;
+    p->irradiance = 1;
+}
+
 const struct ng_light_type ng_light_directional_type = {
     .name = "directional",
     .component = NG_LIGHT_DIRECTIONAL,
@@ -49,6 +56,7 @@ const struct ng_light_type ng_light_directional_type = {
     .infinite = true,
     .power = power,
     .sample = sample,
+    .unit = unit,
     .profile = profile,
     .proxy = proxy,
 };

@@ -93,11 +93,19 @@ static void surface(const struct ng_light_source *s, struct ng_light_surface *ou
         memset(out->radiance, 0, sizeof out->radiance);
 }
 
+static void unit(struct ng_light_source *s)
+{
+    struct ng_light_disk *p = (void *)s->params;
+    p->on = true;
+    p->radiance = 1;
+}
+
 const struct ng_light_type ng_light_disk_type = {
     .name = "disk",
     .component = NG_LIGHT_DISK,
     .power = power,
     .sample = sample,
+    .unit = unit,
     .at_hit = at_hit,
     .proxy = proxy,
     .surface = surface,

@@ -195,6 +195,13 @@ static ng_asset image(const struct ng_light_source *s)
     return ((const struct ng_light_environment *)(const void *)s->params)->map;
 }
 
+static void unit(struct ng_light_source *s)
+{
+    struct ng_light_environment *p = (void *)s->params;
+    p->on = true;
+    p->intensity = 1;
+}
+
 const struct ng_light_type ng_light_environment_type = {
     .name = "environment",
     .component = NG_LIGHT_ENVIRONMENT,
@@ -202,6 +209,7 @@ const struct ng_light_type ng_light_environment_type = {
     .prepare = prepare,
     .power = power,
     .sample = sample,
+    .unit = unit,
     .at_hit = at_hit,
     .profile = profile,
     .proxy = proxy,

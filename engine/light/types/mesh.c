@@ -291,12 +291,20 @@ static void surface(const struct ng_light_source *s, struct ng_light_surface *ou
         memset(out->radiance, 0, sizeof out->radiance);
 }
 
+static void unit(struct ng_light_source *s)
+{
+    struct ng_light_mesh *p = (void *)s->params;
+    p->on = true;
+    p->scale = 1;
+}
+
 const struct ng_light_type ng_light_mesh_type = {
     .name = "mesh",
     .component = NG_LIGHT_MESH,
     .prepare = prepare,
     .power = power,
     .sample = sample,
+    .unit = unit,
     .at_hit = at_hit,
     .proxy = proxy,
     .surface = surface,

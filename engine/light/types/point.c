@@ -40,12 +40,20 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     return true;
 }
 
+static void unit(struct ng_light_source *s)
+{
+    struct ng_light_point *p = (void *)s->params;
+    p->on = true;
+    p->intensity = 1;
+}
+
 const struct ng_light_type ng_light_point_type = {
     .name = "point",
     .component = NG_LIGHT_POINT,
     .delta = true,
     .power = power,
     .sample = sample,
+    .unit = unit,
     .profile = profile,
     .proxy = proxy,
 };

@@ -155,12 +155,20 @@ static ng_asset image(const struct ng_light_source *s)
     return ((const struct ng_light_rectangle *)(const void *)s->params)->texture;
 }
 
+static void unit(struct ng_light_source *s)
+{
+    struct ng_light_rectangle *p = (void *)s->params;
+    p->on = true;
+    p->radiance = 1;
+}
+
 const struct ng_light_type ng_light_rectangle_type = {
     .name = "rectangle",
     .component = NG_LIGHT_RECTANGLE,
     .prepare = prepare,
     .power = power,
     .sample = sample,
+    .unit = unit,
     .at_hit = at_hit,
     .proxy = proxy,
     .surface = surface,

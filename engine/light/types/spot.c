@@ -78,12 +78,20 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     return true;
 }
 
+static void unit(struct ng_light_source *s)
+{
+    struct ng_light_spot *p = (void *)s->params;
+    p->on = true;
+    p->intensity = 1;
+}
+
 const struct ng_light_type ng_light_spot_type = {
     .name = "spot",
     .component = NG_LIGHT_SPOT,
     .delta = true,
     .power = power,
     .sample = sample,
+    .unit = unit,
     .profile = profile,
     .cone = cone,
     .proxy = proxy,
