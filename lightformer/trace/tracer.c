@@ -66,6 +66,7 @@ const struct lf_srgb *lf_tracer_srgb(const struct lf_tracer *tracer)
 struct query {
     struct RTCIntersectContext context;
     enum lf_ray_kind kind;
+    uint32_t passes;   // a light whose emitter is not there; NG_NONE: none
     lf_trace_fn visit; // every meeting is visited, none ends the ray
     void *user;
 };
@@ -137,6 +138,8 @@ static bool accepts(const struct query *q, const struct slot *s, const struct RT
                     const struct RTCHit *h)
 {
     struct lf_hit hit;
+    if (q->passes != NG_NONE && s->tracer->snapshot->instances[s->instance].light == q->passes)
+        return false;
     if (!q->visit && (q->kind == LF_RAY_ALL || s->flags & NG_INSTANCE_DOUBLE_SIDED))
         return true;
     describe(s, ray, h, &hit);
@@ -145,21 +148,57 @@ static bool accepts(const struct query *q, const struct slot *s, const struct RT
     return !q->visit && hit.front;
 }
 
-// Rays are traced one at a time, so the packets of the callbacks hold one.
+// Callbacks see a packet of N rays, in which each member of struct RTCRay (or RTCHit), all of four bytes and
+// in the same order, has become N of them. Alone, a ray is a packet of one.
+static void take_lane(void *one, size_t size, const void *packet, unsigned int n, unsigned int i)
+{
+    for (size_t k = 0; k < size / 4; k++)
+        memcpy((char *)one + 4 * k, (const char *)packet + 4 * (k * n + i), 4);
+}
+
+static void put_lane(void *packet, const void *one, size_t size, unsigned int n, unsigned int i)
+{
+    for (size_t k = 0; k < size / 4; k++)
+        memcpy((char *)packet + 4 * (k * n + i), (const char *)one + 4 * k, 4);
+}
+
+static struct RTCRay ray_of(const void *packet, unsigned int n, unsigned int i)
+{
+    struct RTCRay ray;
+    take_lane(&ray, sizeof ray, packet, n, i);
+    return ray;
+}
+
+static struct RTCHit hit_of(const void *packet, unsigned int n, unsigned int i)
+{
+    struct RTCHit hit;
+    take_lane(&hit, sizeof hit, packet, n, i);
+    return hit;
+}
+
 static void filter_query(const struct RTCFilterFunctionNArguments *a)
 {
-    if (a->valid[0] &&
-        !accepts((const void *)a->context, a->geometryUserPtr, (const void *)a->ray, (const void *)a->hit))
-        a->valid[0] = 0;
+    for (unsigned int i = 0; i < a->N; i++) {
+        if (!a->valid[i])
+            continue;
+        struct RTCRay ray = ray_of(a->ray, a->N, i);
+        struct RTCHit hit = hit_of(a->hit, a->N, i);
+        if (!accepts((const void *)a->context, a->geometryUserPtr, &ray, &hit))
+            a->valid[i] = 0;
+    }
 }
 
 static void filter_mask(const struct RTCFilterFunctionNArguments *a)
 {
     const struct slot *s = a->geometryUserPtr;
-    const struct RTCHit *h = (const void *)a->hit;
-    const float barycentric[2] = {h->u, h->v};
-    if (a->valid[0] && lf_surface_is_cut(s->tracer, s->instance, h->primID, barycentric))
-        a->valid[0] = 0;
+    for (unsigned int i = 0; i < a->N; i++) {
+        if (!a->valid[i])
+            continue;
+        struct RTCHit hit = hit_of(a->hit, a->N, i);
+        const float barycentric[2] = {hit.u, hit.v};
+        if (lf_surface_is_cut(s->tracer, s->instance, hit.primID, barycentric))
+            a->valid[i] = 0;
+    }
 }
 
 // ---- exact shapes ----------------------------------------------------------------------------------------
@@ -228,34 +267,43 @@ static int meet(const struct slot *s, const struct RTCRay *ray, float t[2])
                                      : meet_sphere(s, origin, direction, t);
 }
 
-static void shape_intersect(const struct RTCIntersectFunctionNArguments *a)
+static void intersect_shape(const struct RTCIntersectFunctionNArguments *a, unsigned int i)
 {
     const struct slot *s = a->geometryUserPtr;
-    struct RTCRayHit *rayhit = (void *)a->rayhit;
-    float t[2] = {0};
-    int count = a->valid[0] ? meet(s, &rayhit->ray, t) : 0;
-    for (int i = 0; i < count; i++) {
-        float far = rayhit->ray.tfar;
+    struct RTCRay ray = ray_of(a->rayhit, a->N, i);
+    float t[2] = {0}, far = ray.tfar;
+    int count = meet(s, &ray, t);
+    for (int k = 0; k < count; k++) {
         struct RTCHit hit = {.geomID = a->geomID, .primID = 0, .instID = {RTC_INVALID_GEOMETRY_ID}};
-        if (!(t[i] > rayhit->ray.tnear) || !(t[i] < far))
+        if (!(t[k] > ray.tnear) || !(t[k] < far))
             continue;
-        rayhit->ray.tfar = t[i];
-        if (accepts((const void *)a->context, s, &rayhit->ray, &hit)) {
-            rayhit->hit = hit;
+        ray.tfar = t[k];
+        if (accepts((const void *)a->context, s, &ray, &hit)) {
+            put_lane(a->rayhit, &ray, sizeof ray, a->N, i);
+            put_lane((char *)a->rayhit + sizeof ray * a->N, &hit, sizeof hit, a->N, i);
             return;
         }
-        rayhit->ray.tfar = far;
     }
+}
+
+static void shape_intersect(const struct RTCIntersectFunctionNArguments *a)
+{
+    for (unsigned int i = 0; i < a->N; i++)
+        if (a->valid[i])
+            intersect_shape(a, i);
 }
 
 static void shape_occluded(const struct RTCOccludedFunctionNArguments *a)
 {
-    struct RTCRay *ray = (void *)a->ray;
-    float t[2] = {0};
-    int count = a->valid[0] ? meet(a->geometryUserPtr, ray, t) : 0;
-    for (int i = 0; i < count; i++)
-        if (t[i] > ray->tnear && t[i] < ray->tfar)
-            ray->tfar = -INFINITY;
+    for (unsigned int i = 0; i < a->N; i++) {
+        struct RTCRay ray = ray_of(a->ray, a->N, i);
+        float t[2] = {0};
+        int count = a->valid[i] ? meet(a->geometryUserPtr, &ray, t) : 0;
+        for (int k = 0; k < count; k++)
+            if (t[k] > ray.tnear && t[k] < ray.tfar)
+                ray.tfar = -INFINITY;
+        put_lane(a->ray, &ray, sizeof ray, a->N, i);
+    }
 }
 
 // ---- building --------------------------------------------------------------------------------------------
@@ -502,7 +550,7 @@ static struct RTCRay embree_ray(const struct lf_ray *ray)
 
 static struct query make_query(enum lf_ray_kind kind, lf_trace_fn visit, void *user)
 {
-    struct query q = {.kind = kind, .visit = visit, .user = user};
+    struct query q = {.kind = kind, .passes = NG_NONE, .visit = visit, .user = user};
     rtcInitIntersectContext(&q.context);
     if (visit || kind == LF_RAY_CAMERA)
         q.context.filter = filter_query;
@@ -532,6 +580,39 @@ bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
     struct RTCRay r = embree_ray(ray);
     rtcOccluded1(t->scene, &q.context, &r);
     return r.tfar < 0;
+}
+
+void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_hit *hits)
+{
+    struct query q = make_query(LF_RAY_ALL, NULL, NULL);
+    q.passes = p->passes;
+    if (p->passes != NG_NONE)
+        q.context.filter = filter_query;
+    q.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    struct RTCRayHit16 r = {0};
+    _Alignas(64) int valid[LF_PACKET];
+    for (int i = 0; i < LF_PACKET; i++) {
+        valid[i] = p->far[i] > 0 ? -1 : 0;
+        r.ray.mask[i] = UINT32_MAX;
+        r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    memcpy(&r.ray.org_x, p->origin[0], sizeof p->origin[0]);
+    memcpy(&r.ray.org_y, p->origin[1], sizeof p->origin[1]);
+    memcpy(&r.ray.org_z, p->origin[2], sizeof p->origin[2]);
+    memcpy(&r.ray.dir_x, p->direction[0], sizeof p->direction[0]);
+    memcpy(&r.ray.dir_y, p->direction[1], sizeof p->direction[1]);
+    memcpy(&r.ray.dir_z, p->direction[2], sizeof p->direction[2]);
+    memcpy(&r.ray.tfar, p->far, sizeof p->far);
+    rtcIntersect16(valid, t->scene, &q.context, &r);
+    for (unsigned int i = 0; i < LF_PACKET; i++) {
+        p->met[i] = valid[i] && r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+        p->far[i] = r.ray.tfar[i];
+        if (p->met[i] && hits) {
+            struct RTCRay ray = ray_of(&r.ray, LF_PACKET, i);
+            struct RTCHit hit = hit_of(&r.hit, LF_PACKET, i);
+            describe(&t->slots[hit.geomID], &ray, &hit, &hits[i]);
+        }
+    }
 }
 
 void lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_trace_fn visit, void *user)

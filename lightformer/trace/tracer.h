@@ -72,6 +72,18 @@ typedef void (*lf_trace_fn)(void *user, const struct lf_hit *hit);
 void lf_trace_emitters(const struct lf_tracer *tracer, const struct lf_ray *ray, lf_trace_fn visit,
                        void *user);
 
+// Rays that run side by side, traced together: several times as fast as one by one where they do (from one
+// origin, or in parallel).
+#define LF_PACKET 16
+struct lf_packet {
+    float origin[3][LF_PACKET], direction[3][LF_PACKET]; // by axis
+    float far[LF_PACKET];                                // in; 0: no ray. Out: distance of the hit, if any
+    bool met[LF_PACKET];                                 // out
+    uint32_t passes; // a light whose emitter the rays pass as if it were not there; NG_NONE: none
+};
+// Closest hits of LF_RAY_ALL. `hits`[LF_PACKET] may be null, where the distances are enough.
+void lf_trace_packet(const struct lf_tracer *tracer, struct lf_packet *packet, struct lf_hit *hits);
+
 // Closest hits without anything around them: what the speed of a renderer is compared with. Returns how many
 // rays met something.
 uint32_t lf_trace_bare(const struct lf_tracer *tracer, const struct lf_ray *rays, uint32_t count);

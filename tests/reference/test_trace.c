@@ -1,6 +1,7 @@
 // Rays: hits, sides, masks, exact shapes, textures, and updates that touch what moved.
 #include "scene.h"
 
+#include "base/rng.h"
 #include "components/light_disk.h"
 #include "components/light_sphere.h"
 #include "components/material.h"
@@ -296,6 +297,60 @@ static void test_only_what_moved_is_touched(void **state)
     scene_close(&s);
 }
 
+// A packet meets what its rays meet one by one, exact shapes included, and passes through one light.
+static void test_packets_are_rays(void **state)
+{
+    (void)state;
+    struct scene s;
+    scene_open(&s, 1);
+    ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1);
+    struct ng_light_sphere ball = {.on = true, .color = {1, 1, 1}, .radiance = 1, .radius = 0.5f};
+    struct ng_light_disk disk = {.on = true, .color = {1, 1, 1}, .radiance = 1, .radius = 0.8f};
+    scene_sphere(&s, (const float[3]){1, 0, 0}, 0.4f, false, material);
+    scene_light(&s, NG_LIGHT_SPHERE, &ball, (const float[3]){-1, 0, 0}, NULL);
+    scene_light(&s, NG_LIGHT_DISK, &disk, (const float[3]){0, 0, 1}, NULL);
+    scene_frame(&s, 0);
+    struct ng_rng rng = ng_rng_make(3, 4);
+    int met[3] = {0}; // by light: none, ball, disk
+    for (int round = 0; round < 200; round++) {
+        struct lf_packet p = {.passes = NG_NONE};
+        struct lf_hit hits[LF_PACKET];
+        struct lf_ray rays[LF_PACKET];
+        for (int i = 0; i < LF_PACKET; i++) {
+            rays[i] = make_ray(0, 0, 0.2f, ng_rng_range(&rng, -1, 1), ng_rng_range(&rng, -1, 1),
+                               ng_rng_range(&rng, -1, 1));
+            p.far[i] = rays[i].far = i == 5 ? 0 : 3;
+            for (int c = 0; c < 3; c++) {
+                p.origin[c][i] = rays[i].origin[c];
+                p.direction[c][i] = rays[i].direction[c];
+            }
+        }
+        struct lf_packet passing = p;
+        passing.passes = round % 2 ? 1 : 0;
+        lf_trace_packet(s.tracer, &p, hits);
+        lf_trace_packet(s.tracer, &passing, NULL);
+        for (int i = 0; i < LF_PACKET; i++) {
+            struct lf_hit one;
+            bool alone = i != 5 && lf_trace_closest(s.tracer, &rays[i], LF_RAY_ALL, &one);
+            assert_true(alone == p.met[i]);
+            if (!alone)
+                continue;
+            assert_true(one.instance == hits[i].instance && one.front == hits[i].front);
+            NEAR(one.distance, hits[i].distance, 1e-5);
+            NEAR(one.distance, p.far[i], 1e-5);
+            uint32_t light = s.snapshot->instances[one.instance].light;
+            met[light + 1]++; // NG_NONE wraps to 0
+            if (light == passing.passes)
+                assert_true(!passing.met[i] || passing.far[i] > p.far[i] + 0.01f);
+            else
+                assert_true(passing.met[i] && passing.far[i] == p.far[i]);
+        }
+    }
+    for (int i = 0; i < 3; i++)
+        assert_true(met[i] > 50);
+    scene_close(&s);
+}
+
 static void test_an_empty_scene_is_met_by_nothing(void **state)
 {
     (void)state;
@@ -327,6 +382,7 @@ int main(void)
         cmocka_unit_test(test_textures_are_filtered_as_the_device_does),
         cmocka_unit_test(test_updates_follow_what_moved),
         cmocka_unit_test(test_only_what_moved_is_touched),
+        cmocka_unit_test(test_packets_are_rays),
         cmocka_unit_test(test_an_empty_scene_is_met_by_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
