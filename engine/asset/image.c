@@ -98,6 +98,20 @@ ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height, e
 
 // ---- EXR as an image -------------------------------------------------------------------------------------
 
+// Of a picture that is not finite nothing is left.
+static ng_result check_finite(const char *name, struct ng_image *image)
+{
+    const float *value = (const float *)image->pixels;
+    for (size_t i = 0; i < (size_t)image->width * image->height * 4; i++)
+        if (!isfinite(value[i])) {
+            ng_log_error("%s: pixel %zu, %zu is not a finite number; repair the picture", name,
+                         i / 4 % image->width, i / 4 / image->width);
+            ng_image_finish(image);
+            return NG_ERROR_FORMAT;
+        }
+    return NG_OK;
+}
+
 static ng_result exr_decode(const char *name, const void *data, size_t size,
                             const struct ng_image_params *params, struct ng_image *out)
 {
@@ -123,7 +137,7 @@ static ng_result exr_decode(const char *name, const void *data, size_t size,
         for (size_t c = 0; c < 4; c++)
             ((float *)out->pixels)[i * 4 + c] = planes[c] ? ((const float *)planes[c]->pixels)[i] : 1.0f;
     ng_exr_finish(&exr);
-    return r;
+    return r == NG_OK ? check_finite(name, out) : r;
 }
 
 // ---- any format ------------------------------------------------------------------------------------------

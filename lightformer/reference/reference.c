@@ -36,6 +36,19 @@ static bool region_fits(const struct lf_region *r, uint32_t width, uint32_t heig
            r->height <= height - r->y;
 }
 
+// The layers and the file that are made of the sums take about as much as these.
+static ng_result check_memory(const struct lf_region *region)
+{
+    uint64_t need = 2 * (uint64_t)region->width * region->height * sizeof(struct lf_sums);
+    uint64_t available = ng_system_available_memory();
+    if (need <= available)
+        return NG_OK;
+    ng_log_error("reference: %u x %u pixels need %" PRIu64 " MiB of memory, of which %" PRIu64
+                 " MiB are left; make the picture smaller",
+                 region->width, region->height, need >> 20, available >> 20);
+    return NG_ERROR_MEMORY;
+}
+
 ng_result lf_reference_create(const struct lf_reference_params *params, struct lf_reference **out)
 {
     *out = NULL;
@@ -45,6 +58,7 @@ ng_result lf_reference_create(const struct lf_reference_params *params, struct l
     if (!region.width && !region.height)
         region = (struct lf_region){.width = params->width, .height = params->height};
     NG_REQUIRE(region_fits(&region, params->width, params->height), "the region lies in the picture");
+    NG_TRY(check_memory(&region));
     struct lf_reference *r = calloc(1, sizeof *r);
     if (!r)
         return ng_out_of_memory("reference");

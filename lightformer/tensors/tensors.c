@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "base/system.h"
 #include "lightformer/tensors/json_reader.h"
 #include "lightformer/tensors/text.h"
 
@@ -60,7 +61,8 @@ void *lf_tensors_add(struct lf_tensors *t, const char *name, enum lf_dtype dtype
                      (int)(LF_TENSOR_LIMIT >> 30), name);
         return NULL;
     }
-    tensor.data = calloc(tensor.size ? tensor.size : 1, 1);
+    if (tensor.size <= ng_system_available_memory())
+        tensor.data = calloc(tensor.size ? tensor.size : 1, 1);
     if (!tensor.data || !ng_array_push(&t->list, tensor)) {
         ng_log_error("out of memory for %s (%" PRIu64 " bytes); make shards or crops smaller", name,
                      tensor.size);
