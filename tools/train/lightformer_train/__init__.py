@@ -1,0 +1,1 @@
+"""Trains the networks of lightformer/net in PyTorch; README.md says which module does what."""

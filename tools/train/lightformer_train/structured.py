@@ -1,0 +1,261 @@
+"""The family `structured`: what physics knows is not learned.
+
+Of each light k (unit power; shares weigh the sums over lights, so that all is linear in the powers):
+
+    visibility   a U-Net on the distances of eq. 2, at half resolution, and a small head: V of the diffuse and of the
+                 glossy lobe
+    direct       T_l = sum s_k (D_k + G_k),  T_d = sum s_k (V_k,d D_k + V_k,g G_k), the clues D and G being exact
+    transfer     z_i = mean of an MLP over the texels of the RSM; gates of each pixel (half resolution) weigh it: sum s_k g_k z_i,k
+
+    indirect     a U-Net in screen space on geometry, the transfer, direct light and the clues, then a decoder at full resolution:
+                 albedo * (factor * bounce + residue) + (F0 + b) * (radiance + gated mirror clue, at three blurs)
+
+Nothing is absolute: lengths are in units of the scene and positions relative to light or eye, so moving or scaling the
+scene changes nothing.
+"""
+
+from dataclasses import dataclass
+
+from .builder import Builder
+from .program import Operation
+
+# Radiance of a lit room in units of frame.radiance is about a thirtieth; features are of order one.
+UNIT = 1 / 30
+
+PARTS = {
+    "attention": "gates of each pixel on a light's indirect embedding (without: plain weighted mean)",
+    "half-vector": "how near the half vector and the mirror direction are to a highlight",
+    "direction": "the direction to the light, in world axes",
+    "shadow-clue": "distances to occluders (eq. 2)",
+    "decomposition": "visibility of each light (without: one ratio decoded from the sum)",
+    "direct-clue": "unshadowed direct light in closed form (without: predicted)",
+    "bounce": "unshadowed light of the RSM's texels",
+    "mirror": "what the mirror ray meets",
+    "visibility-unet": "neighbours in the visibility (without: each pixel alone)",
+    "screen-unet": "neighbours in the indirect light (without: each pixel alone)",
+    "albedo": "albedo divided out of the diffuse indirect light",
+}
+
+
+@dataclass(frozen=True)
+class Widths:
+    """Channels; the defaults are `structured-small`."""
+
+    light: int = 16  # z_d
+    texel: tuple[int, ...] = (32, 64)  # MLP of RSM texels
+    indirect: int = 32  # z_i
+    view: tuple[int, ...] = (24, 32, 48, 48)  # visibility U-Net, levels 1, 2, ...
+    clue: int = 8  # z_s at full resolution
+    head: int = 16
+    screen: tuple[int, ...] = (32, 48, 64, 64)  # indirect U-Net, levels 1, 2, ...
+    features: int = 16  # its result at full resolution
+    decoder: int = 32
+
+
+@dataclass
+class Pixel:
+    """Values of pixels that several parts read."""
+
+    cosine: str  # n.v
+    log_distance: str
+    mirror: str  # direction of the mirror ray
+
+
+@dataclass
+class Direct:
+    """Radiance at unit share, of each light."""
+
+    unshadowed: str
+    shadowed: str
+    code: str  # features of visibility, level 1
+
+
+def build(widths: Widths, without: frozenset[str]) -> list[Operation]:
+    """The program."""
+    b = Builder()
+    pixel = _pixel(b)
+    light = _light(b, widths)
+    code, head = _visibility(b, widths, without, pixel, light)
+    direct = _direct(b, widths, without, light, code, head)
+    sums = {
+        "unshadowed": b.apply("sum", direct.unshadowed, "light.share"),
+        "direct": b.apply("sum", direct.shadowed, "light.share"),
+    }
+    if "decomposition" in without:
+        sums["direct"] = _one_ratio(b, widths, direct, sums["unshadowed"])
+    transfer = _transfer(b, widths, without, code)
+    sums["indirect"] = _indirect(b, widths, without, pixel, sums["direct"], transfer)
+    for name, value in sums.items():
+        b.apply("mul", value, "frame.radiance", out=name)
+    return b.operations
+
+
+def _pixel(b: Builder) -> Pixel:
+    cosine = b.apply("dot", "pixel.normal", "pixel.view")
+    twice = b.apply("mul", "pixel.normal", b.affine(cosine, 2.0))
+    return Pixel(cosine, _log_length(b, "pixel.distance"), b.apply("sub", twice, "pixel.view"))
+
+
+def _log_length(b: Builder, x: str) -> str:
+    return b.apply("log", b.affine(x, 1.0, 1e-3))
+
+
+def _light(b: Builder, widths: Widths) -> str:
+    """z_d: the light's size and shape from its direct VPLs."""
+    offset = b.affine("vpl.offset", 8.0)
+    vpl = b.mlp("vpl", [offset, "vpl.normal", "vpl.power"], [32, 32])
+    return b.linear("z_d", [b.apply("mean", vpl), "light.kind"], widths.light)
+
+
+def _visibility(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, light: str) -> tuple[str, str]:
+    """Features at level 1, and those that the head reads at level 0."""
+    facing = b.apply("dot", "pixel.normal", "view.direction")
+    log_distance = _log_length(b, "view.distance")
+    fine = [facing]
+    if "shadow-clue" not in without:
+        gap = b.apply("sub", "view.distance", "view.occluder")
+        ratio = b.apply("div", "view.occluder", b.affine("view.distance", 1.0, 1e-3))
+        fine += [b.apply("tanh", b.affine(gap, 4.0)), b.apply("tanh", b.affine(gap, 64.0)), ratio]
+    fine_value = b.apply("concat", *fine)
+    coarse = [b.pool(x) for x in (log_distance, pixel.log_distance, pixel.cosine)]
+    if "direction" not in without:
+        coarse += [b.pool("view.direction"), b.pool("pixel.normal")]
+    start = b.linear("view.in", [b.apply("pack", fine_value), *coarse, light], widths.view[0])
+    code = start if "visibility-unet" in without else _unet(b, "view", start, widths.view)
+    clue = b.apply("unpack", b.linear("z_s", [code], 4 * widths.clue))
+    return code, _head(b, widths, without, pixel, light, [clue, fine_value, log_distance])
+
+
+def _head(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, light: str, inputs: list[str]) -> str:
+    inputs = [*inputs, pixel.cosine, "pixel.roughness"]
+    if "half-vector" not in without:
+        half = b.apply("normalize", b.apply("add", "view.direction", "pixel.view"))
+        inputs += [b.apply("dot", "pixel.normal", half), b.apply("dot", "view.direction", pixel.mirror)]
+    if "direction" not in without:
+        inputs += ["view.direction", "pixel.normal"]
+    return b.mlp("head", [*inputs, light], [widths.head, widths.head])
+
+
+def _unet(b: Builder, name: str, x: str, widths: tuple[int, ...]) -> str:
+    """Skips are sums; the widths are those of the levels, from the finest."""
+    skips = []
+    for level, width in enumerate(widths):
+        x = b.conv(f"{name}.down{level}", [x if level == 0 else b.pool(x)], width)
+        skips.append(x)
+    for level in reversed(range(len(widths) - 1)):
+        if widths[level] != widths[level + 1]:
+            x = b.linear(f"{name}.fit{level}", [x], widths[level], act="none")
+        x = b.conv(f"{name}.up{level}", [b.apply("add", b.up(x), skips[level])], widths[level])
+    return x
+
+
+def _direct(b: Builder, widths: Widths, without: frozenset[str], light: str, code: str, head: str) -> Direct:
+    if "direct-clue" in without:
+        diffuse, glossy = _predicted_clue(b, widths, light, head)
+    else:
+        diffuse, glossy = "view.diffuse", "view.glossy"
+    unshadowed = b.apply("add", diffuse, glossy)
+    if "decomposition" in without:
+        return Direct(unshadowed, head, code)
+    visible = b.apply("sigmoid", b.affine(b.linear("visible", [head], 2, act="none"), 2.0, 1.0))
+    lobes = [
+        b.apply("mul", lobe, b.apply("slice", visible, **{"from": i, "to": i + 1}))
+        for i, lobe in enumerate((diffuse, glossy))
+    ]
+    return Direct(unshadowed, b.apply("add", *lobes), code)
+
+
+def _predicted_clue(b: Builder, widths: Widths, light: str, head: str) -> tuple[str, str]:
+    predicted = b.mlp("clue", [head, light], [2 * widths.head, 6], last="softplus")
+    lobes = [b.affine(b.apply("slice", predicted, **{"from": i, "to": i + 3}), UNIT) for i in (0, 3)]
+    return b.apply("mul", "pixel.diffuse", lobes[0]), b.apply("mul", b.affine("pixel.specular", 1.0, 0.02), lobes[1])
+
+
+def _one_ratio(b: Builder, widths: Widths, direct: Direct, unshadowed: str) -> str:
+    """Direct light by one shadow ratio for all lights; `direct.shadowed` is then the head's features."""
+    features = b.apply("sum", direct.shadowed, "light.share")
+    ratio = b.mlp("ratio", [features, "pixel.normal", "pixel.roughness"], [widths.decoder, 3], last="sigmoid")
+    return b.apply("mul", unshadowed, ratio)
+
+
+def _transfer(b: Builder, widths: Widths, without: frozenset[str], code: str) -> list[str]:
+    """What the lights' embeddings tell of indirect light, level 1."""
+    texel = b.mlp("texel", ["texel.offset", "texel.normal", b.apply("log1p", "texel.flux")], list(widths.texel))
+    indirect = b.linear("z_i", [b.apply("mean", texel)], widths.indirect, act="none")
+    shadow = b.apply("sum", b.linear("z_s.sum", [code], 16, act="none"), "light.share")
+    if "attention" in without:
+        return [shadow, b.apply("sum", indirect, "light.share")]
+    offset = b.pool(b.apply("mul", "view.direction", "view.distance"))
+    inputs = [offset, b.pool("pixel.normal"), code, indirect]
+    if "direction" in without:
+        inputs = [code, indirect]
+    gate = b.mlp("gate", inputs, [widths.indirect, widths.indirect], last="sigmoid")
+    return [shadow, b.apply("sum", b.apply("mul", gate, indirect), "light.share")]
+
+
+def _indirect(
+    b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, direct: str, transfer: list[str]
+) -> str:
+    """T_i in units of frame.radiance."""
+    radiances = [direct]
+    if "bounce" not in without:
+        bounce = b.apply("sum", "view.bounce", "light.share")
+        radiances.append(bounce)
+    if "mirror" not in without:
+        mirror = _mirrored(b)
+        radiances.append(mirror)
+    logs = b.apply("concat", *(b.log_radiance(x, UNIT) for x in radiances))
+    start = b.linear(
+        "screen.in",
+        [
+            b.apply("pack", b.apply("concat", "pixel.normal", pixel.log_distance)),
+            b.pool(b.apply("concat", "pixel.view", pixel.mirror, "pixel.roughness", "pixel.diffuse", logs)),
+            *transfer,
+        ],
+        widths.screen[0],
+    )
+    if "screen-unet" in without:
+        start = b.mlp("screen", [start], [widths.screen[0]] * 2)
+    else:
+        start = _unet(b, "screen", start, widths.screen)
+    features = b.apply("unpack", b.linear("screen.out", [start], 4 * widths.features))
+    surface = ["pixel.normal", pixel.cosine, "pixel.roughness", "pixel.specular", pixel.mirror, logs]
+    if "mirror" not in without:
+        surface.append("pixel.mirror")
+    decoded = b.mlp("decoder", [features, *surface], [widths.decoder] * 2)
+    raw = b.linear("decoded", [decoded], 13, act="none")
+
+    def part(first: int, last: int) -> str:
+        return b.apply("slice", raw, **{"from": first, "to": last})
+
+    residue = b.affine(b.apply("softplus", b.affine(part(3, 6), 1.0, -2.0)), UNIT)
+    diffuse = residue
+    if "bounce" not in without:
+        diffuse = b.apply("add", b.apply("mul", bounce, b.apply("softplus", b.affine(part(0, 3), 1.0, 0.5))), residue)
+    if "albedo" not in without:
+        diffuse = b.apply("mul", diffuse, "pixel.diffuse")
+    radiance = b.affine(b.apply("softplus", part(6, 9)), UNIT)
+    if "mirror" not in without:
+        gates = b.apply("sigmoid", part(9, 12))
+        radiance = b.apply("add", radiance, _gated_mirror(b, mirror, gates))
+    fresnel = b.apply("softplus", b.affine(part(12, 13), 1.0, -4.0))
+    glossy = b.apply("mul", b.apply("add", "pixel.specular", fresnel), radiance)
+    return b.apply("add", diffuse, glossy)
+
+
+def _mirrored(b: Builder) -> str:
+    """Radiance that the mirror rays meet, in units of frame.radiance."""
+    of_lights = b.apply("sum", b.apply("add", "view.mirror", "view.mirror_bounce"), "light.share")
+    return b.apply("add", of_lights, "pixel.mirror_emission")
+
+
+def _gated_mirror(b: Builder, mirror: str, gates: str) -> str:
+    """The clue as it is, and as the mean of the rays cast within two coarser pixels, each with a gate."""
+    cast = b.apply("clamp", b.affine("pixel.mirror", 1e6), low=0.0, high=1.0)
+    total = b.apply("mul", mirror, b.apply("slice", gates, **{"from": 0, "to": 1}))
+    for level in (1, 2):
+        share = b.apply("max", b.pool(cast, level), b.affine(b.pool(cast, level), 0.0, 0.05))
+        blurred = b.up(b.apply("div", b.pool(mirror, level), share), level)
+        gate = b.apply("slice", gates, **{"from": level, "to": level + 1})
+        total = b.apply("add", total, b.apply("mul", blurred, gate))
+    return total
