@@ -4,18 +4,9 @@
 #include "base/rng.h"
 #include "brdf_probe.comp.spv.h"
 #include "brdf_probe.h"
-#include "gpu/frame.h"
 #include "gpu/transfer.h"
 
 enum { COUNT = 4096, OUTPUTS = sizeof(struct brdf_probe_out) / sizeof(float) };
-
-static struct ng_gpu_buffer *make_buffer(struct ng_gpu *gpu, uint64_t size, enum ng_gpu_memory_kind kind)
-{
-    struct ng_gpu_buffer *b;
-    struct ng_gpu_buffer_params params = {.name = "probe", .size = size, .memory = kind};
-    assert_int_equal(ng_gpu_buffer_create(gpu, &params, &b), NG_OK);
-    return b;
-}
 
 static void make_inputs(struct brdf_probe_in in[COUNT])
 {
@@ -31,17 +22,9 @@ static void make_inputs(struct brdf_probe_in in[COUNT])
 
 static void run_probe(struct ng_gpu *gpu, const struct brdf_probe_in *in, struct brdf_probe_out *out)
 {
-    const struct ng_gpu_slot slots[] = {{.binding = 0, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
-                                        {.binding = 1, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}};
-    const struct ng_gpu_compute_params params = {.name = "brdf probe",
-                                                 .shader = NG_SPIRV(ng_spv_brdf_probe_comp),
-                                                 .slots = slots,
-                                                 .slot_count = 2,
-                                                 .push_size = 4};
-    struct ng_gpu_pipeline *pipeline;
-    assert_int_equal(ng_gpu_compute_create(gpu, &params, &pipeline), NG_OK);
-    struct ng_gpu_buffer *source = make_buffer(gpu, COUNT * sizeof *in, NG_GPU_MEMORY_DEVICE);
-    struct ng_gpu_buffer *target = make_buffer(gpu, COUNT * sizeof *out, NG_GPU_MEMORY_READBACK);
+    struct ng_gpu_pipeline *pipeline = gpu_test_map(gpu, "brdf probe", NG_SPIRV(ng_spv_brdf_probe_comp), 4);
+    struct ng_gpu_buffer *source = gpu_test_buffer(gpu, COUNT * sizeof *in, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *target = gpu_test_buffer(gpu, COUNT * sizeof *out, NG_GPU_MEMORY_READBACK);
     assert_int_equal(ng_upload_buffer(source, 0, in, COUNT * sizeof *in), NG_OK);
     const struct ng_gpu_binding bindings[] = {{.binding = 0, .buffer = source},
                                               {.binding = 1, .buffer = target}};

@@ -3,17 +3,8 @@
 #include "gpu_test.h"
 
 #include "double.comp.spv.h"
-#include "gpu/frame.h"
 #include "gpu/timer.h"
 #include "gpu/transfer.h"
-
-static struct ng_gpu_buffer *make_buffer(struct ng_gpu *gpu, uint64_t size, enum ng_gpu_memory_kind kind)
-{
-    struct ng_gpu_buffer *b;
-    struct ng_gpu_buffer_params params = {.name = "buffer", .size = size, .memory = kind};
-    assert_int_equal(ng_gpu_buffer_create(gpu, &params, &b), NG_OK);
-    return b;
-}
 
 static void begin(struct ng_gpu *gpu, struct ng_cmd **cmd)
 {
@@ -32,11 +23,11 @@ static void test_deferred_destruction(void **state)
     struct ng_cmd *cmd;
     uint32_t waiting = ng_gpu_stats(gpu).waiting;
     // Nothing can be using it: gone at once.
-    struct ng_gpu_buffer *idle = make_buffer(gpu, 1000, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *idle = gpu_test_buffer(gpu, 1000, NG_GPU_MEMORY_DEVICE);
     ng_gpu_buffer_destroy(&idle);
     assert_int_equal(ng_gpu_stats(gpu).waiting, waiting);
     // Used by the frame being recorded, and by a part of it that was submitted before.
-    struct ng_gpu_buffer *used = make_buffer(gpu, 1000, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *used = gpu_test_buffer(gpu, 1000, NG_GPU_MEMORY_DEVICE);
     uint64_t memory = ng_gpu_stats(gpu).memory_used, serial;
     begin(gpu, &cmd);
     vkCmdFillBuffer(cmd->handle, used->handle, 0, VK_WHOLE_SIZE, 1);
@@ -53,7 +44,7 @@ static void test_deferred_destruction(void **state)
     // In a steady state each frame's waste is gone two frames later.
     for (int i = 0; i < 50; i++) {
         begin(gpu, &cmd);
-        struct ng_gpu_buffer *b = make_buffer(gpu, 100, NG_GPU_MEMORY_DEVICE);
+        struct ng_gpu_buffer *b = gpu_test_buffer(gpu, 100, NG_GPU_MEMORY_DEVICE);
         vkCmdFillBuffer(cmd->handle, b->handle, 0, VK_WHOLE_SIZE, 1);
         ng_gpu_buffer_destroy(&b);
         end(gpu, &cmd);
@@ -68,8 +59,8 @@ static void test_destruction_waits_for_the_frame(void **state)
 {
     NG_UNUSED(state);
     struct ng_gpu *gpu = gpu_test_begin();
-    struct ng_gpu_buffer *used = make_buffer(gpu, 64, NG_GPU_MEMORY_DEVICE);
-    struct ng_gpu_buffer *other = make_buffer(gpu, 64, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *used = gpu_test_buffer(gpu, 64, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *other = gpu_test_buffer(gpu, 64, NG_GPU_MEMORY_DEVICE);
     VkEvent event;
     VkEventCreateInfo info = {.sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO};
     assert_int_equal(vkCreateEvent(gpu->device, &info, NULL, &event), VK_SUCCESS);
@@ -99,8 +90,8 @@ static void test_frame_in_parts(void **state)
 {
     NG_UNUSED(state);
     struct ng_gpu *gpu = gpu_test_begin();
-    struct ng_gpu_buffer *a = make_buffer(gpu, 64, NG_GPU_MEMORY_READBACK);
-    struct ng_gpu_buffer *b = make_buffer(gpu, 64, NG_GPU_MEMORY_READBACK);
+    struct ng_gpu_buffer *a = gpu_test_buffer(gpu, 64, NG_GPU_MEMORY_READBACK);
+    struct ng_gpu_buffer *b = gpu_test_buffer(gpu, 64, NG_GPU_MEMORY_READBACK);
     uint64_t first, before = ng_gpu_serial(gpu);
     struct ng_cmd *cmd;
     begin(gpu, &cmd);
@@ -152,7 +143,7 @@ static void test_timers(void **state)
 {
     NG_UNUSED(state);
     struct ng_gpu *gpu = gpu_test_begin();
-    struct ng_gpu_buffer *b = make_buffer(gpu, 4 << 20, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *b = gpu_test_buffer(gpu, 4 << 20, NG_GPU_MEMORY_DEVICE);
     uint32_t count;
     assert_null(ng_gpu_timings(gpu, &count));
     for (int frame = 0; frame < 5; frame++) {
@@ -298,7 +289,7 @@ static void test_device_lost(void **state)
     NG_UNUSED(state);
     for (uint32_t n = 1; n <= 3; n++) {
         struct ng_gpu *gpu = gpu_test_begin();
-        struct ng_gpu_buffer *survivor = make_buffer(gpu, 100, NG_GPU_MEMORY_DEVICE);
+        struct ng_gpu_buffer *survivor = gpu_test_buffer(gpu, 100, NG_GPU_MEMORY_DEVICE);
         struct test_log log;
         ng_gpu_inject_faults(gpu, &(struct ng_gpu_faults){.lose_device = n});
         test_log_begin(&log);

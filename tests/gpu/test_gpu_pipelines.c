@@ -5,21 +5,12 @@
 #include "double.comp.spv.h"
 #include "fill.frag.spv.h"
 #include "fill.vert.spv.h"
-#include "gpu/frame.h"
 #include "gpu/transfer.h"
 #include "test_gpu_shared.h"
 #include "triangle.frag.spv.h"
 #include "triangle.vert.spv.h"
 
 enum { SIZE = 32 };
-
-static struct ng_gpu_buffer *make_buffer(struct ng_gpu *gpu, uint64_t size, enum ng_gpu_memory_kind kind)
-{
-    struct ng_gpu_buffer *b;
-    struct ng_gpu_buffer_params params = {.name = "buffer", .size = size, .memory = kind};
-    assert_int_equal(ng_gpu_buffer_create(gpu, &params, &b), NG_OK);
-    return b;
-}
 
 static struct ng_gpu_image *make_image(struct ng_gpu *gpu, VkFormat format, VkImageUsageFlags usage)
 {
@@ -30,44 +21,14 @@ static struct ng_gpu_image *make_image(struct ng_gpu *gpu, VkFormat format, VkIm
     return i;
 }
 
-static void barrier(struct ng_cmd *cmd, struct ng_gpu_image *image, VkImageLayout from, VkImageLayout to)
-{
-    VkImageMemoryBarrier2 b = {.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
-                               .srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                               .srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT,
-                               .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                               .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT,
-                               .oldLayout = from,
-                               .newLayout = to,
-                               .image = image->handle,
-                               .subresourceRange = {image->aspect, 0, 1, 0, 1}};
-    VkDependencyInfo d = {
-        .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &b};
-    vkCmdPipelineBarrier2(cmd->handle, &d);
-}
-
 // ---- Compute ---------------------------------------------------------------------------------------------
-
-static struct ng_gpu_pipeline *make_compute(struct ng_gpu *gpu)
-{
-    const struct ng_gpu_slot slots[] = {{.binding = 0, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
-                                        {.binding = 1, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}};
-    struct ng_gpu_compute_params params = {.name = "double",
-                                           .shader = NG_SPIRV(ng_spv_double_comp),
-                                           .slots = slots,
-                                           .slot_count = 2,
-                                           .push_size = 8};
-    struct ng_gpu_pipeline *p;
-    assert_int_equal(ng_gpu_compute_create(gpu, &params, &p), NG_OK);
-    return p;
-}
 
 static void compute(struct ng_gpu *gpu)
 {
     enum { COUNT = 1000, ROUNDS = 300 }; // more binds than one descriptor pool serves
-    struct ng_gpu_pipeline *pipeline = make_compute(gpu);
-    struct ng_gpu_buffer *source = make_buffer(gpu, COUNT * 4, NG_GPU_MEMORY_DEVICE);
-    struct ng_gpu_buffer *target = make_buffer(gpu, (uint64_t)ROUNDS * 4096, NG_GPU_MEMORY_READBACK);
+    struct ng_gpu_pipeline *pipeline = gpu_test_map(gpu, "double", NG_SPIRV(ng_spv_double_comp), 8);
+    struct ng_gpu_buffer *source = gpu_test_buffer(gpu, COUNT * 4, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *target = gpu_test_buffer(gpu, (uint64_t)ROUNDS * 4096, NG_GPU_MEMORY_READBACK);
     uint32_t in[COUNT];
     for (uint32_t i = 0; i < COUNT; i++)
         in[i] = i * 7919;
@@ -108,8 +69,8 @@ static void test_wrong_bindings(void **state)
 {
     NG_UNUSED(state);
     struct ng_gpu *gpu = gpu_test_begin();
-    struct ng_gpu_pipeline *p = make_compute(gpu);
-    struct ng_gpu_buffer *b = make_buffer(gpu, 64, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_pipeline *p = gpu_test_map(gpu, "double", NG_SPIRV(ng_spv_double_comp), 8);
+    struct ng_gpu_buffer *b = gpu_test_buffer(gpu, 64, NG_GPU_MEMORY_DEVICE);
     struct ng_cmd *cmd;
     struct test_log log;
     const struct ng_gpu_binding good = {.binding = 0, .buffer = b};
@@ -203,8 +164,8 @@ static void draw(struct ng_gpu *gpu)
     struct ng_cmd *cmd;
     assert_int_equal(ng_frame_begin(gpu, &cmd), NG_OK);
     ng_cmd_label_begin(cmd, "triangle");
-    barrier(cmd, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-    barrier(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
+    gpu_test_barrier(cmd, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+    gpu_test_barrier(cmd, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL);
     struct ng_gpu_rendering_params rendering = {
         .width = SIZE,
         .height = SIZE,
@@ -269,14 +230,15 @@ static void test_vertex_buffer_and_culling(void **state)
     // Two triangles that cover everything: the first clockwise on screen, the second counter-clockwise.
     const float vertices[6][7] = {{-1, -1, 0, 1, 0, 0, 1}, {3, -1, 0, 1, 0, 0, 1}, {-1, 3, 0, 1, 0, 0, 1},
                                   {-1, -1, 0, 0, 1, 0, 1}, {-1, 3, 0, 0, 1, 0, 1}, {3, -1, 0, 0, 1, 0, 1}};
-    struct ng_gpu_buffer *buffer = make_buffer(gpu, sizeof vertices, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *buffer = gpu_test_buffer(gpu, sizeof vertices, NG_GPU_MEMORY_DEVICE);
     assert_int_equal(ng_upload_buffer(buffer, 0, vertices, sizeof vertices), NG_OK);
     struct ng_gpu_image *color = make_image(gpu, VK_FORMAT_R32G32B32A32_SFLOAT, target_usage);
     for (uint32_t first = 0; first < 2; first++) {
         struct ng_cmd *cmd;
         assert_int_equal(ng_immediate_begin(gpu, &cmd), NG_OK);
-        barrier(cmd, color, first ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
-                VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+        gpu_test_barrier(cmd, color,
+                         first ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
+                         VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
         ng_cmd_rendering_begin(
             cmd, &(struct ng_gpu_rendering_params){.width = SIZE,
                                                    .height = SIZE,

@@ -6,22 +6,6 @@
 #include "gpu/swapchain.h"
 #include <GLFW/glfw3.h>
 
-static void to_layout(struct ng_cmd *cmd, struct ng_gpu_image *image, VkImageLayout from, VkImageLayout to)
-{
-    VkImageMemoryBarrier2 b = {.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
-                               .srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                               .srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT,
-                               .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                               .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT,
-                               .oldLayout = from,
-                               .newLayout = to,
-                               .image = image->handle,
-                               .subresourceRange = {image->aspect, 0, 1, 0, 1}};
-    VkDependencyInfo d = {
-        .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &b};
-    vkCmdPipelineBarrier2(cmd->handle, &d);
-}
-
 // One frame: clears what was acquired. Returns whether there was an image, of the expected size.
 static bool show(struct ng_gpu *gpu, struct ng_swapchain *s, uint32_t width, uint32_t height)
 {
@@ -34,12 +18,12 @@ static bool show(struct ng_gpu *gpu, struct ng_swapchain *s, uint32_t width, uin
         assert_int_equal(image->width, width);
         assert_int_equal(image->height, height);
         assert_int_equal(image->format, s->format);
-        to_layout(cmd, image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+        gpu_test_barrier(cmd, image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
         VkImageSubresourceRange all = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
         vkCmdClearColorImage(cmd->handle, image->handle, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                              &(VkClearColorValue){.float32 = {1, 0, 0, 1}}, 1, &all);
         assert_int_equal(ng_frame_submit(gpu, &cmd, NULL), NG_OK); // a frame in parts presents once
-        to_layout(cmd, image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
+        gpu_test_barrier(cmd, image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
     }
     assert_int_equal(ng_frame_end(gpu, &cmd), NG_OK);
     assert_int_equal(ng_swapchain_present(s), NG_OK);

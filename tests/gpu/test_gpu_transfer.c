@@ -2,7 +2,6 @@
 #include "gpu_test.h"
 
 #include "base/rng.h"
-#include "gpu/frame.h"
 #include "gpu/transfer.h"
 
 static unsigned char *random_bytes(size_t size, uint64_t seed)
@@ -13,14 +12,6 @@ static unsigned char *random_bytes(size_t size, uint64_t seed)
     for (size_t i = 0; i < size; i++)
         bytes[i] = (unsigned char)ng_rng_u32(&rng);
     return bytes;
-}
-
-static struct ng_gpu_buffer *make_buffer(struct ng_gpu *gpu, uint64_t size, enum ng_gpu_memory_kind kind)
-{
-    struct ng_gpu_buffer *b;
-    struct ng_gpu_buffer_params params = {.name = "buffer", .size = size, .memory = kind};
-    assert_int_equal(ng_gpu_buffer_create(gpu, &params, &b), NG_OK);
-    return b;
 }
 
 static void expect_bytes(struct ng_gpu_buffer *b, uint64_t offset, const unsigned char *expected, size_t size)
@@ -39,7 +30,7 @@ static void test_buffers(void **state)
     const size_t sizes[] = {1, 7, 4096, (5 << 20) + 3, (20 << 20) + 1}; // within staging, and beyond it
     for (size_t s = 0; s < NG_COUNT(sizes); s++)
         for (int kind = 0; kind < 3; kind++) {
-            struct ng_gpu_buffer *b = make_buffer(gpu, sizes[s] + 13, (enum ng_gpu_memory_kind)kind);
+            struct ng_gpu_buffer *b = gpu_test_buffer(gpu, sizes[s] + 13, (enum ng_gpu_memory_kind)kind);
             unsigned char *bytes = random_bytes(sizes[s], s);
             assert_int_equal(ng_upload_buffer(b, 13, bytes, sizes[s]), NG_OK);
             expect_bytes(b, 13, bytes, sizes[s]);
@@ -55,7 +46,7 @@ static void test_many_uploads(void **state)
     NG_UNUSED(state);
     struct ng_gpu *gpu = gpu_test_begin();
     enum { PIECE = 1000000, COUNT = 60 };
-    struct ng_gpu_buffer *b = make_buffer(gpu, (uint64_t)PIECE * COUNT, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *b = gpu_test_buffer(gpu, (uint64_t)PIECE * COUNT, NG_GPU_MEMORY_DEVICE);
     unsigned char *bytes = random_bytes(PIECE + COUNT, 3);
     for (size_t i = 0; i < COUNT; i++) {
         assert_int_equal(ng_upload_buffer(b, PIECE * i, bytes, PIECE), NG_OK);
@@ -76,9 +67,9 @@ static void test_within_a_frame(void **state)
 {
     NG_UNUSED(state);
     struct ng_gpu *gpu = gpu_test_begin();
-    struct ng_gpu_buffer *a = make_buffer(gpu, 256, NG_GPU_MEMORY_DEVICE);
-    struct ng_gpu_buffer *b = make_buffer(gpu, 256, NG_GPU_MEMORY_DEVICE);
-    struct ng_gpu_buffer *gone = make_buffer(gpu, 256, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *a = gpu_test_buffer(gpu, 256, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *b = gpu_test_buffer(gpu, 256, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *gone = gpu_test_buffer(gpu, 256, NG_GPU_MEMORY_DEVICE);
     unsigned char *bytes = random_bytes(256, 5);
     struct ng_cmd *cmd;
     assert_int_equal(ng_frame_begin(gpu, &cmd), NG_OK);

@@ -5,10 +5,6 @@
 
 #include "base/jobs.h"
 #include "base/rng.h"
-#include "gpu/buffer.h"
-#include "gpu/frame.h"
-#include "gpu/image.h"
-#include "gpu/pipeline.h"
 #include "graph/graph.h"
 #include "graph/plan.h"
 #include "graph_step.comp.spv.h"
@@ -32,8 +28,6 @@ static struct rig rig_begin(void)
     static const struct ng_gpu_slot step_slots[] = {
         {.binding = 0, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
         {.binding = 1, .type = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE}};
-    static const struct ng_gpu_slot sum_slots[] = {{.binding = 0, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
-                                                   {.binding = 1, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}};
     struct rig r = {.gpu = gpu_test_begin()};
     assert_int_equal(ng_jobs_create(NULL, &r.jobs), NG_OK);
     struct ng_gpu_graphics_params draw = {.name = "step",
@@ -51,12 +45,7 @@ static struct rig rig_begin(void)
                                              .slot_count = 2,
                                              .push_size = 16};
     assert_int_equal(ng_gpu_compute_create(r.gpu, &dispatch, &r.dispatch), NG_OK);
-    struct ng_gpu_compute_params sum = {.name = "sum",
-                                        .shader = NG_SPIRV(ng_spv_graph_sum_comp),
-                                        .slots = sum_slots,
-                                        .slot_count = 2,
-                                        .push_size = 8};
-    assert_int_equal(ng_gpu_compute_create(r.gpu, &sum, &r.sum), NG_OK);
+    r.sum = gpu_test_map(r.gpu, "sum", NG_SPIRV(ng_spv_graph_sum_comp), 8);
     return r;
 }
 
