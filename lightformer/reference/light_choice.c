@@ -63,7 +63,8 @@ void lf_light_choice_finish(struct lf_light_choice *c)
 
 static float weight(const struct lf_light_entry *e, const float position[3])
 {
-    return e->infinite ? e->strength : e->strength / fmaxf(distance2(e->position, position), e->radius2);
+    float square = lf_max(distance2(e->position, position), e->radius2);
+    return e->strength / (e->infinite ? 1 : square);
 }
 
 float lf_light_choice_total(const struct lf_light_choice *c, const float position[3])
@@ -77,16 +78,17 @@ float lf_light_choice_total(const struct lf_light_choice *c, const float positio
 float lf_light_choice_probability(const struct lf_light_choice *c, const float position[3], float total,
                                   uint32_t light)
 {
-    const struct lf_light_entry *e = &c->entries[light];
-    if (!(e->strength > 0))
+    if (!(c->entries[light].strength > 0))
         return 0;
     if (c->lit == 1)
         return 1;
-    float even = 1.0f / (float)c->lit, own = total > 0 ? weight(e, position) / total : even;
+    float even = 1.0f / (float)c->lit;
+    float own = total > 0 ? weight(&c->entries[light], position) / total : even;
     return EVEN_SHARE * even + (1 - EVEN_SHARE) * own;
 }
 
-uint32_t lf_light_choice_pick(const struct lf_light_choice *c, const float position[3], float total, float *u)
+uint32_t lf_light_choice_pick(const struct lf_light_choice *c, const float position[3], float total, float *u,
+                              float *probability)
 {
     uint32_t last = NG_NONE;
     float below = 0; // probability of the lights before
@@ -94,12 +96,12 @@ uint32_t lf_light_choice_pick(const struct lf_light_choice *c, const float posit
         if (!(c->entries[i].strength > 0))
             continue;
         last = i;
-        float own = lf_light_choice_probability(c, position, total, i);
-        if (*u < below + own) {
-            *u = fminf((*u - below) / own, 0x1.fffffep-1f);
+        *probability = lf_light_choice_probability(c, position, total, i);
+        if (*u < below + *probability) {
+            *u = lf_min((*u - below) / *probability, 0x1.fffffep-1f);
             break;
         }
-        below += own;
+        below += *probability;
     }
     return last;
 }

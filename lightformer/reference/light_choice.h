@@ -19,9 +19,10 @@ void lf_light_choice_finish(struct lf_light_choice *c);
 
 // The sum that the two functions below take, at a point.
 float lf_light_choice_total(const struct lf_light_choice *c, const float position[3]);
-// By u in [0, 1), which becomes a number to sample the light with. NG_NONE if no light is on.
-uint32_t lf_light_choice_pick(const struct lf_light_choice *c, const float position[3], float total,
-                              float *u);
+// By u in [0, 1), which becomes a number to sample the light with; `probability` is that of the light.
+// NG_NONE if no light is on.
+uint32_t lf_light_choice_pick(const struct lf_light_choice *c, const float position[3], float total, float *u,
+                              float *probability);
 float lf_light_choice_probability(const struct lf_light_choice *c, const float position[3], float total,
                                   uint32_t light);
 

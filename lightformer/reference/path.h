@@ -1,4 +1,4 @@
-// One path: what arrives along a camera ray, split as equation 7 of the paper wants it.
+// Paths: what arrives along a camera ray, split as equation 7 of the paper wants it.
 //
 // At every surface one light is sampled and one direction is chosen by the BRDF; both estimate the same
 // direct light, weighted against each other by the power heuristic (Veach 1997, 9.2). At the first surface
@@ -37,7 +37,14 @@ struct lf_primary {
 };
 
 void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, struct lf_primary *out);
-void lf_path_trace(const struct lf_path_scene *scene, const struct lf_primary *primary,
-                   struct lf_sampler *sampler, struct lf_radiance *out);
+#define LF_PATHS 32 // traced at a time
+
+struct lf_path {
+    const struct lf_primary *primary; // borrowed; may be that of other paths, too
+    struct lf_sampler sampler;
+    struct lf_radiance radiance; // the result
+};
+// At most LF_PATHS. What a path brings does not depend on its company.
+void lf_paths_trace(const struct lf_path_scene *scene, struct lf_path *paths, uint32_t count);
 
 #endif

@@ -170,35 +170,76 @@ static bool add_sample(struct lf_sums *sums, const struct lf_radiance *l)
     return finite;
 }
 
-static void sample_pixel(const struct pass *pass, uint32_t x, uint32_t y, struct lf_sums *sums,
-                         struct lf_tile *tile)
+// Paths of a tile that wait to be traced together.
+struct batch {
+    const struct pass *pass;
+    struct lf_path_scene scene;
+    struct lf_tile *tile;
+    uint32_t count;
+    struct lf_path paths[LF_PATHS];
+    struct lf_primary primaries[LF_PATHS];
+    struct {
+        uint32_t x, y, sample;
+        struct lf_sums *sums;
+    } places[LF_PATHS];
+};
+
+static void flush(struct batch *b)
 {
-    const struct lf_reference *r = pass->reference;
-    const struct lf_reference_params *p = &r->params;
-    struct lf_path_scene scene = lf_reference_scene(r, &tile->rays);
-    struct lf_primary primary;
-    if (!p->antialias) {
-        struct lf_ray ray = lf_reference_ray(r, (float)x + 0.5f, (float)y + 0.5f);
-        lf_path_begin(&scene, &ray, &primary);
+    lf_paths_trace(&b->scene, b->paths, b->count);
+    for (uint32_t i = 0; i < b->count; i++) {
+        struct lf_radiance *radiance = &b->paths[i].radiance;
+        clamp_to(b->pass->reference->params.clamp, radiance->indirect);
+        if (add_sample(b->places[i].sums, radiance) || b->tile->failed)
+            continue;
+        b->tile->failed = true;
+        b->tile->x = b->places[i].x;
+        b->tile->y = b->places[i].y;
+        b->tile->sample = b->places[i].sample;
     }
-    for (uint32_t i = pass->first; i < pass->first + pass->count; i++) {
-        struct lf_sampler sampler = lf_sampler_start(p->sampler, p->seed, x, y, i);
-        if (p->antialias) {
-            float u[2];
-            lf_sampler_2d(&sampler, u);
-            struct lf_ray ray =
-                lf_reference_ray(r, (float)x + 0.5f + tent(u[0]), (float)y + 0.5f + tent(u[1]));
-            lf_path_begin(&scene, &ray, &primary);
-        }
-        struct lf_radiance radiance;
-        lf_path_trace(&scene, &primary, &sampler, &radiance);
-        clamp_to(p->clamp, radiance.indirect);
-        if (!add_sample(sums, &radiance) && !tile->failed) {
-            tile->failed = true;
-            tile->x = x;
-            tile->y = y;
-            tile->sample = i;
-        }
+    b->count = 0;
+}
+
+// The camera's ray of the path, from its own place in the pixel, or the pixel's, which the path before may
+// have found already.
+static void find_primary(struct batch *b, uint32_t x, uint32_t y, const struct lf_primary *before,
+                         struct lf_path *path)
+{
+    const struct lf_reference *r = b->pass->reference;
+    float place[2] = {(float)x + 0.5f, (float)y + 0.5f};
+    path->primary = before;
+    if (before && !r->params.antialias)
+        return;
+    if (r->params.antialias) {
+        float u[2];
+        lf_sampler_2d(&path->sampler, u);
+        place[0] += tent(u[0]);
+        place[1] += tent(u[1]);
+    }
+    struct lf_primary *primary = &b->primaries[b->count];
+    struct lf_ray ray = lf_reference_ray(r, place[0], place[1]);
+    lf_path_begin(&b->scene, &ray, primary);
+    path->primary = primary;
+}
+
+static void sample_pixel(struct batch *b, uint32_t x, uint32_t y, struct lf_sums *sums)
+{
+    const struct lf_reference_params *p = &b->pass->reference->params;
+    const struct lf_primary *primary = NULL;
+    for (uint32_t i = b->pass->first; i < b->pass->first + b->pass->count; i++) {
+        struct lf_path *path = &b->paths[b->count];
+        path->sampler = lf_sampler_start(p->sampler, p->seed, x, y, i);
+        find_primary(b, x, y, primary, path);
+        primary = path->primary;
+        b->places[b->count].x = x;
+        b->places[b->count].y = y;
+        b->places[b->count].sample = i;
+        b->places[b->count].sums = sums;
+        if (++b->count < LF_PATHS)
+            continue;
+        flush(b);
+        b->primaries[0] = *primary; // stays for the pixel's other samples
+        primary = &b->primaries[0];
     }
 }
 
@@ -210,12 +251,15 @@ static void sample_tiles(void *user, uint32_t begin, uint32_t end, uint32_t work
     uint32_t across = tiles_along(region->width);
     for (uint32_t t = begin; t < end; t++) {
         struct lf_tile *tile = &pass->reference->tiles[t];
+        struct batch batch = {.pass = pass, .tile = tile};
+        batch.scene = lf_reference_scene(pass->reference, &tile->rays);
         uint32_t x0 = t % across * TILE, y0 = t / across * TILE;
         *tile = (struct lf_tile){0};
         for (uint32_t y = y0; y < y0 + TILE && y < region->height; y++)
             for (uint32_t x = x0; x < x0 + TILE && x < region->width; x++)
-                sample_pixel(pass, region->x + x, region->y + y,
-                             &pass->reference->sums[(size_t)y * region->width + x], tile);
+                sample_pixel(&batch, region->x + x, region->y + y,
+                             &pass->reference->sums[(size_t)y * region->width + x]);
+        flush(&batch);
     }
 }
 

@@ -2,8 +2,7 @@
 
 static uint32_t reverse_bits(uint32_t x)
 {
-    x = x >> 16 | x << 16;
-    x = (x & 0xff00ff00u) >> 8 | (x & 0x00ff00ffu) << 8;
+    x = __builtin_bswap32(x);
     x = (x & 0xf0f0f0f0u) >> 4 | (x & 0x0f0f0f0fu) << 4;
     x = (x & 0xccccccccu) >> 2 | (x & 0x33333333u) << 2;
     return (x & 0xaaaaaaaau) >> 1 | (x & 0x55555555u) << 1;

@@ -51,37 +51,46 @@ void lf_scatter_at(const struct lf_surface *surface, const float toward[3], stru
     out->specular_share = specular_share(surface, v[2]);
 }
 
-void lf_scatter_eval(const struct lf_scatter *s, const float direction[3], float value[3], float *pdf)
+// `l`: the direction in the frame, above the surface.
+static void eval_local(const struct lf_scatter *s, const float l[3], struct lf_scatter_value *out)
 {
     const struct lf_surface *at = s->surface;
-    const float *v = s->view;
-    float l[3], h[3];
-    to_local(s, direction, l);
-    lf_mad(l, v, 1, h);
-    memset(value, 0, 3 * sizeof(float));
-    *pdf = 0;
-    if (!(l[2] > 0) || !(lf_dot(at->flat_normal, direction) > 0) || !lf_normalize(h))
-        return;
-    float nl = l[2], nv = v[2], nh = ng_max(h[2], 0.0f), vh = ng_max(lf_dot(v, h), 0.0f);
+    const float *v = s->view, h[3] = {l[0] + v[0], l[1] + v[1], l[2] + v[2]};
+    float inverse = 1 / sqrtf(lf_dot(h, h)); // both are above, so that h is not zero
+    float nl = l[2], nv = v[2], nh = h[2] * inverse, vh = lf_max(lf_dot(v, h) * inverse, 0);
     float lobe = ng_brdf_lobe(nl, nv, nh, at->roughness);
     for (int i = 0; i < 3; i++)
-        value[i] =
+        out->value[i] =
             nl * (ng_brdf_diffuse(nl, nv, vh, at->albedo[i], at->f0[i]) + lobe * ng_brdf_f(vh, at->f0[i]));
-    *pdf = s->specular_share * ng_brdf_sample_pdf(nv, nh, at->roughness) +
-           (1 - s->specular_share) * nl / NG_SHADER_PI;
+    out->pdf = s->specular_share * ng_brdf_sample_pdf(nv, nh, at->roughness) +
+               (1 - s->specular_share) * nl / NG_SHADER_PI;
 }
 
-bool lf_scatter_sample(const struct lf_scatter *s, const float u[2], float direction[3])
+bool lf_scatter_eval(const struct lf_scatter *s, const float direction[3], struct lf_scatter_value *out)
+{
+    float l[3];
+    to_local(s, direction, l);
+    if (!(l[2] > 0) || !(lf_dot(s->surface->flat_normal, direction) > 0))
+        return false;
+    eval_local(s, l, out);
+    return lf_max3(out->value) > 0;
+}
+
+bool lf_scatter_sample(const struct lf_scatter *s, const float u[2], float direction[3],
+                       struct lf_scatter_value *out)
 {
     // What is left of u[0] after the choice of a lobe is uniform again.
     float share = s->specular_share, rest = u[0] < share ? u[0] / share : (u[0] - share) / (1 - share);
-    struct ng_local_direction v = {s->view[0], s->view[1], s->view[2]}, l;
+    struct ng_local_direction v = {s->view[0], s->view[1], s->view[2]}, d;
     if (u[0] < share)
-        l = ng_brdf_reflect(v, ng_brdf_sample_half(v, s->surface->roughness, rest, u[1]));
+        d = ng_brdf_reflect(v, ng_brdf_sample_half(v, s->surface->roughness, rest, u[1]));
     else
-        l = ng_brdf_sample_cosine(rest, u[1]);
-    lf_scale(s->surface->normal, l.z, direction); // unit, since the frame and l are
-    lf_mad(direction, s->tangent, l.x, direction);
-    lf_mad(direction, s->bitangent, l.y, direction);
-    return l.z > 0;
+        d = ng_brdf_sample_cosine(rest, u[1]);
+    const float l[3] = {d.x, d.y, d.z}; // unit, as the frame is
+    for (int i = 0; i < 3; i++)
+        direction[i] = s->tangent[i] * l[0] + s->bitangent[i] * l[1] + s->surface->normal[i] * l[2];
+    if (!(l[2] > 0) || !(lf_dot(s->surface->flat_normal, direction) > 0))
+        return false;
+    eval_local(s, l, out);
+    return lf_max3(out->value) > 0 && out->pdf > 0;
 }

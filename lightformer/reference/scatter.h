@@ -15,12 +15,18 @@ struct lf_scatter {
     float specular_share; // probability of the specular lobe
 };
 
+// What passes in one direction.
+struct lf_scatter_value {
+    float value[3]; // BRDF times the cosine, by channel
+    float pdf;      // density with which the direction is chosen, by solid angle
+};
+
 // `toward`: unit, to the viewer. `surface` must outlive the scatter.
 void lf_scatter_at(const struct lf_surface *surface, const float toward[3], struct lf_scatter *out);
-// BRDF times the cosine by channel, and the density of `direction` by solid angle; zeros if nothing passes.
-void lf_scatter_eval(const struct lf_scatter *s, const float direction[3], float value[3], float *pdf);
-// False if the chosen direction goes nowhere (below the surface). Then, or where its value is zero, the path
-// ends.
-bool lf_scatter_sample(const struct lf_scatter *s, const float u[2], float direction[3]);
+// False, and `out` in any state, if nothing passes.
+bool lf_scatter_eval(const struct lf_scatter *s, const float direction[3], struct lf_scatter_value *out);
+// Chooses a direction by u in [0, 1)^2. False, and the path ends, if nothing passes there.
+bool lf_scatter_sample(const struct lf_scatter *s, const float u[2], float direction[3],
+                       struct lf_scatter_value *out);
 
 #endif

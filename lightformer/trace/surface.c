@@ -28,28 +28,15 @@ static void interpolate(const struct ng_snapshot_mesh *mesh, const float *attrib
 bool lf_surface_is_cut(const struct lf_tracer *tracer, uint32_t instance, uint32_t triangle,
                        const float barycentric[2])
 {
-    const struct ng_snapshot *s = lf_tracer_snapshot(tracer);
-    const struct ng_snapshot_instance *in = &s->instances[instance];
-    const struct ng_snapshot_material *m = &s->materials[in->material];
+    const struct lf_instance *in = lf_tracer_instance(tracer, instance);
+    const struct ng_snapshot_material *m = in->material;
     float uv[2], rgba[4];
     if (!m->alpha_mask)
         return false;
-    interpolate(&s->meshes[in->mesh], s->meshes[in->mesh].uvs, 2, triangle, barycentric, uv);
-    lf_texture_at(lf_tracer_srgb(tracer), image_of(s, m->base_color_image), uv, rgba);
+    interpolate(in->mesh, in->mesh->uvs, 2, triangle, barycentric, uv);
+    lf_texture_at(lf_tracer_srgb(tracer), image_of(lf_tracer_snapshot(tracer), m->base_color_image), uv,
+                  rgba);
     return rgba[3] * m->alpha < m->alpha_cutoff;
-}
-
-// Normals go with the cofactors of the matrix, whose sign mirrors would turn inside out.
-static void transform_normal(const float m[12], const float n[3], float out[3])
-{
-    const float *r0 = m, *r1 = m + 4, *r2 = m + 8;
-    float c0[3], c1[3], c2[3];
-    lf_cross(r1, r2, c0);
-    lf_cross(r2, r0, c1);
-    lf_cross(r0, r1, c2);
-    float sign = lf_dot(r0, c0) < 0 ? -1.0f : 1.0f;
-    const float v[3] = {sign * lf_dot(c0, n), sign * lf_dot(c1, n), sign * lf_dot(c2, n)};
-    memcpy(out, v, sizeof v);
 }
 
 // The normal map's turn of `normal`; the bitangent from the interpolated normal and tangent (glTF 2.0,
@@ -71,44 +58,30 @@ static void bend_normal(const struct lf_srgb *srgb, const struct ng_image *image
     lf_normalize(normal);
 }
 
-static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_hit *hit,
-                                const struct ng_snapshot_material *m, struct lf_surface *out)
+static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_instance *in,
+                                const struct lf_hit *hit, struct lf_surface *out)
 {
     const struct ng_snapshot *s = lf_tracer_snapshot(tracer);
-    const struct ng_snapshot_instance *in = &s->instances[hit->instance];
-    const struct ng_snapshot_mesh *mesh = &s->meshes[in->mesh];
-    float n[3], tangent[4];
-    interpolate(mesh, mesh->normals, 3, hit->triangle, hit->barycentric, n);
-    transform_normal(in->matrix, n, n);
+    const struct ng_snapshot_material *m = in->material;
+    const float *to_world = in->normal_matrix;
+    float own[3], tangent[4];
+    interpolate(in->mesh, in->mesh->normals, 3, hit->triangle, hit->barycentric, own);
+    float n[3] = {lf_dot(to_world, own), lf_dot(to_world + 3, own), lf_dot(to_world + 6, own)};
     if (!lf_normalize(n))
         return;
     memcpy(out->normal, n, sizeof n);
     if (m->normal_image == NG_NONE)
         return;
-    interpolate(mesh, mesh->tangents, 4, hit->triangle, hit->barycentric, tangent);
-    lf_transform_vector(in->matrix, tangent, tangent);
+    interpolate(in->mesh, in->mesh->tangents, 4, hit->triangle, hit->barycentric, tangent);
+    lf_transform_vector(s->instances[hit->instance].matrix, tangent, tangent);
     bend_normal(lf_tracer_srgb(tracer), image_of(s, m->normal_image), m->normal_scale, tangent, out->uv,
                 out->normal);
 }
 
-static bool is_textured(const struct ng_snapshot_material *m)
+// Factors times texels.
+static void find_look(const struct ng_snapshot_material *m, const float base[4], const float metal_rough[4],
+                      const float emission[4], struct lf_look *out)
 {
-    return m->base_color_image != NG_NONE || m->metallic_roughness_image != NG_NONE ||
-           m->normal_image != NG_NONE || m->emissive_image != NG_NONE;
-}
-
-// Factors times textures.
-static void find_material(const struct lf_tracer *tracer, const struct ng_snapshot_material *m,
-                          struct lf_surface *out)
-{
-    const struct ng_snapshot *s = lf_tracer_snapshot(tracer);
-    const struct lf_srgb *srgb = lf_tracer_srgb(tracer);
-    float base[4] = {1, 1, 1, 1}, metal_rough[4] = {1, 1, 1, 1}, emission[4] = {1, 1, 1, 1};
-    if (is_textured(m)) {
-        lf_texture_at(srgb, image_of(s, m->base_color_image), out->uv, base);
-        lf_texture_at(srgb, image_of(s, m->metallic_roughness_image), out->uv, metal_rough);
-        lf_texture_at(srgb, image_of(s, m->emissive_image), out->uv, emission);
-    }
     float metallic = m->metallic * metal_rough[2];
     for (int i = 0; i < 3; i++) {
         out->albedo[i] = ng_brdf_albedo(m->base_color[i] * base[i], metallic);
@@ -118,27 +91,93 @@ static void find_material(const struct lf_tracer *tracer, const struct ng_snapsh
     out->roughness = ng_clamp(m->roughness * metal_rough[1], NG_ROUGHNESS_MIN, 1.0f);
 }
 
-void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out)
+static void find_textured_look(const struct lf_tracer *tracer, const struct ng_snapshot_material *m,
+                               const float uv[2], struct lf_look *out)
 {
     const struct ng_snapshot *s = lf_tracer_snapshot(tracer);
-    const struct ng_snapshot_instance *in = &s->instances[hit->instance];
-    const struct ng_snapshot_material *m = &s->materials[in->material];
-    *out = (struct lf_surface){
-        .light = in->light, .front = hit->front, .double_sided = (in->flags & NG_INSTANCE_DOUBLE_SIDED) != 0};
-    memcpy(out->position, hit->position, sizeof out->position);
-    memcpy(out->flat_normal, hit->normal, sizeof out->flat_normal);
-    memcpy(out->normal, hit->normal, sizeof out->normal);
-    if (lf_tracer_shape(tracer, hit->instance) == LF_SHAPE_TRIANGLES) {
-        const struct ng_snapshot_mesh *mesh = &s->meshes[in->mesh];
-        if (is_textured(m)) // what is not read is not waited for
-            interpolate(mesh, mesh->uvs, 2, hit->triangle, hit->barycentric, out->uv);
-        find_shading_normal(tracer, hit, m, out);
+    const struct lf_srgb *srgb = lf_tracer_srgb(tracer);
+    float base[4], metal_rough[4], emission[4];
+    lf_texture_at(srgb, image_of(s, m->base_color_image), uv, base);
+    lf_texture_at(srgb, image_of(s, m->metallic_roughness_image), uv, metal_rough);
+    lf_texture_at(srgb, image_of(s, m->emissive_image), uv, emission);
+    find_look(m, base, metal_rough, emission, out);
+}
+
+static void set_look(const struct lf_look *look, struct lf_surface *out)
+{
+    for (int i = 0; i < 3; i++) {
+        out->albedo[i] = look->albedo[i];
+        out->f0[i] = look->f0[i];
+        out->emission[i] = look->emission[i];
     }
-    find_material(tracer, m, out);
-    if (!hit->front) {
-        lf_scale(out->flat_normal, -1, out->flat_normal);
-        lf_scale(out->normal, -1, out->normal);
+    out->roughness = look->roughness;
+}
+
+// Normals go with the cofactors of the matrix, whose sign mirrors would turn inside out.
+static void find_normal_matrix(const float m[12], float out[9])
+{
+    float c[3][3]; // columns
+    lf_cross(m + 4, m + 8, c[0]);
+    lf_cross(m + 8, m, c[1]);
+    lf_cross(m, m + 4, c[2]);
+    float sign = lf_dot(m, c[0]) < 0 ? -1.0f : 1.0f;
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 3; column++)
+            out[row * 3 + column] = sign * c[row][column];
+}
+
+void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct lf_instance *out)
+{
+    static const float white[4] = {1, 1, 1, 1};
+    const struct ng_snapshot_instance *in = &snapshot->instances[index];
+    const struct ng_snapshot_material *m = &snapshot->materials[in->material];
+    out->mesh = &snapshot->meshes[in->mesh];
+    out->material = m;
+    out->flags = in->flags;
+    out->light = in->light;
+    out->textured = m->base_color_image != NG_NONE || m->metallic_roughness_image != NG_NONE ||
+                    m->normal_image != NG_NONE || m->emissive_image != NG_NONE;
+    find_normal_matrix(in->matrix, out->normal_matrix);
+    find_look(m, white, white, white, &out->plain);
+}
+
+static void turn_over(struct lf_surface *s)
+{
+    for (int i = 0; i < 3; i++) {
+        s->flat_normal[i] = -s->flat_normal[i];
+        s->normal[i] = -s->normal[i];
     }
-    if (lf_surface_is_black(out) || in->light != NG_NONE)
-        memset(out->emission, 0, sizeof out->emission);
+}
+
+void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit)
+{
+    const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);
+    if (in->shape == LF_SHAPE_TRIANGLES)
+        __builtin_prefetch(in->mesh->indices + (size_t)hit->triangle * 3);
+}
+
+void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out)
+{
+    const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);
+    struct lf_look textured;
+    out->light = in->light;
+    out->front = hit->front;
+    out->double_sided = (in->flags & NG_INSTANCE_DOUBLE_SIDED) != 0;
+    out->uv[0] = out->uv[1] = 0;
+    for (int i = 0; i < 3; i++) {
+        out->position[i] = hit->position[i];
+        out->flat_normal[i] = out->normal[i] = hit->normal[i];
+    }
+    if (in->shape == LF_SHAPE_TRIANGLES) {
+        if (in->textured) // what is not read is not waited for
+            interpolate(in->mesh, in->mesh->uvs, 2, hit->triangle, hit->barycentric, out->uv);
+        find_shading_normal(tracer, in, hit, out);
+    }
+    if (in->textured)
+        find_textured_look(tracer, in->material, out->uv, &textured);
+    set_look(in->textured ? &textured : &in->plain, out);
+    if (!hit->front)
+        turn_over(out);
+    if (in->light != NG_NONE || lf_surface_is_black(out))
+        out->emission[0] = out->emission[1] = out->emission[2] = 0;
 }

@@ -18,22 +18,30 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define MAX_BALLS 8
+
 // One instance. Stays where it is while Embree knows it.
 struct slot {
     struct lf_tracer *tracer;
     RTCGeometry geometry;
     uint32_t instance;
-    enum lf_shape shape;
+    struct lf_instance seen; // by rays
     ng_entity entity;
     uint64_t mesh_key, mesh_revision, version;
-    uint32_t flags;
     float matrix[12];
     float *vertices; // Embree's, world space
+};
+
+// Around an emitter.
+struct ball {
+    float center[3], radius2;
 };
 
 struct lf_tracer {
     RTCDevice device;
     RTCScene scene, emitters;
+    struct ball balls[MAX_BALLS];
+    uint32_t ball_count; // more than MAX_BALLS: not all are kept, and Embree decides
     struct slot *slots;
     uint32_t slot_count;
     const struct ng_snapshot *snapshot;
@@ -51,9 +59,9 @@ struct lf_tracer_stats lf_tracer_stats_of(const struct lf_tracer *tracer)
     return tracer->stats;
 }
 
-enum lf_shape lf_tracer_shape(const struct lf_tracer *tracer, uint32_t instance)
+const struct lf_instance *lf_tracer_instance(const struct lf_tracer *tracer, uint32_t instance)
 {
-    return tracer->slots[instance].shape;
+    return &tracer->slots[instance].seen;
 }
 
 const struct lf_srgb *lf_tracer_srgb(const struct lf_tracer *tracer)
@@ -100,8 +108,8 @@ static float sphere_radius(const struct slot *s)
 // Unit normal of the front. Embree's normal of a triangle follows the order of its vertices.
 static void find_normal(const struct slot *s, const struct RTCHit *h, struct lf_hit *hit)
 {
-    float x[3], y[3], sign = s->flags & NG_INSTANCE_MIRRORED ? -1.0f : 1.0f;
-    switch (s->shape) {
+    float x[3], y[3], sign = s->seen.flags & NG_INSTANCE_MIRRORED ? -1.0f : 1.0f;
+    switch (s->seen.shape) {
     case LF_SHAPE_TRIANGLES:
         hit->normal[0] = sign * h->Ng_x;
         hit->normal[1] = sign * h->Ng_y;
@@ -126,8 +134,11 @@ static void describe(const struct slot *s, const struct RTCRay *ray, const struc
 {
     const float origin[3] = {ray->org_x, ray->org_y, ray->org_z};
     const float direction[3] = {ray->dir_x, ray->dir_y, ray->dir_z};
-    *out = (struct lf_hit){
-        .instance = s->instance, .triangle = h->primID, .barycentric = {h->u, h->v}, .distance = ray->tfar};
+    out->instance = s->instance;
+    out->triangle = h->primID;
+    out->barycentric[0] = h->u;
+    out->barycentric[1] = h->v;
+    out->distance = ray->tfar;
     lf_mad(origin, direction, ray->tfar, out->position);
     find_normal(s, h, out);
     out->front = lf_dot(out->normal, direction) < 0;
@@ -138,9 +149,9 @@ static bool accepts(const struct query *q, const struct slot *s, const struct RT
                     const struct RTCHit *h)
 {
     struct lf_hit hit;
-    if (q->passes != NG_NONE && s->tracer->snapshot->instances[s->instance].light == q->passes)
+    if (q->passes != NG_NONE && s->seen.light == q->passes)
         return false;
-    if (!q->visit && (q->kind == LF_RAY_ALL || s->flags & NG_INSTANCE_DOUBLE_SIDED))
+    if (!q->visit && (q->kind == LF_RAY_ALL || s->seen.flags & NG_INSTANCE_DOUBLE_SIDED))
         return true;
     describe(s, ray, h, &hit);
     if (q->visit)
@@ -208,7 +219,7 @@ static void shape_bounds(const struct RTCBoundsFunctionArguments *a)
     float low[3], high[3];
     for (int i = 0; i < 3; i++) {
         const float *m = s->matrix + i * 4;
-        float reach = s->shape == LF_SHAPE_SPHERE ? sphere_radius(s) : sqrtf(m[0] * m[0] + m[1] * m[1]);
+        float reach = s->seen.shape == LF_SHAPE_SPHERE ? sphere_radius(s) : sqrtf(m[0] * m[0] + m[1] * m[1]);
         reach += 1e-5f * (reach + fabsf(m[3])); // rounding
         low[i] = m[3] - reach;
         high[i] = m[3] + reach;
@@ -263,8 +274,8 @@ static int meet(const struct slot *s, const struct RTCRay *ray, float t[2])
 {
     const float origin[3] = {ray->org_x, ray->org_y, ray->org_z};
     const float direction[3] = {ray->dir_x, ray->dir_y, ray->dir_z};
-    return s->shape == LF_SHAPE_DISK ? meet_disk(s, origin, direction, t)
-                                     : meet_sphere(s, origin, direction, t);
+    return s->seen.shape == LF_SHAPE_DISK ? meet_disk(s, origin, direction, t)
+                                          : meet_sphere(s, origin, direction, t);
 }
 
 static void intersect_shape(const struct RTCIntersectFunctionNArguments *a, unsigned int i)
@@ -393,7 +404,6 @@ static bool read_instance(struct slot *s, const struct ng_snapshot *snapshot)
         moved |= s->matrix[i] != instance->matrix[i];
     s->mesh_revision = mesh->revision;
     s->version = instance->version;
-    s->flags = instance->flags;
     memcpy(s->matrix, instance->matrix, sizeof s->matrix);
     return moved;
 }
@@ -425,8 +435,8 @@ static void make_shape(struct lf_tracer *t, struct slot *s)
 
 static void commit_geometry(struct slot *s)
 {
-    if (s->shape == LF_SHAPE_TRIANGLES) {
-        bool masked = s->flags & NG_INSTANCE_MASKED;
+    if (s->seen.shape == LF_SHAPE_TRIANGLES) {
+        bool masked = s->seen.flags & NG_INSTANCE_MASKED;
         rtcSetGeometryIntersectFilterFunction(s->geometry, masked ? filter_mask : NULL);
         rtcSetGeometryOccludedFilterFunction(s->geometry, masked ? filter_mask : NULL);
     }
@@ -440,11 +450,12 @@ static ng_result make_slot(struct lf_tracer *t, const struct ng_snapshot *snapsh
     const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
     *s = (struct slot){.tracer = t,
                        .instance = index,
-                       .shape = shape_of(snapshot, instance),
+                       .seen.shape = shape_of(snapshot, instance),
                        .entity = instance->entity,
                        .mesh_key = mesh->key};
+    lf_instance_read(snapshot, index, &s->seen);
     read_instance(s, snapshot);
-    if (s->shape != LF_SHAPE_TRIANGLES)
+    if (s->seen.shape != LF_SHAPE_TRIANGLES)
         make_shape(t, s);
     else if (make_triangles(t, s, mesh) != NG_OK)
         return NG_ERROR_MEMORY;
@@ -486,7 +497,8 @@ static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *
         const struct ng_snapshot_instance *instance = &snapshot->instances[i];
         const struct slot *s = &t->slots[i];
         if (!ng_entity_same(s->entity, instance->entity) ||
-            s->mesh_key != snapshot->meshes[instance->mesh].key || s->shape != shape_of(snapshot, instance))
+            s->mesh_key != snapshot->meshes[instance->mesh].key ||
+            s->seen.shape != shape_of(snapshot, instance))
             return false;
     }
     return true;
@@ -496,19 +508,39 @@ static void follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
     for (uint32_t i = 0; i < t->slot_count; i++) {
         struct slot *s = &t->slots[i];
+        uint32_t before = s->seen.flags;
+        lf_instance_read(snapshot, i, &s->seen); // the snapshot's arrays may be elsewhere
         if (s->version == snapshot->instances[i].version)
             continue;
-        uint32_t before = s->flags;
         bool moved = read_instance(s, snapshot);
-        if (!moved && ((before ^ s->flags) & NG_INSTANCE_MASKED) == 0)
+        if (!moved && ((before ^ s->seen.flags) & NG_INSTANCE_MASKED) == 0)
             continue; // it reflects in another way
         t->stats.updated++;
-        if (s->shape == LF_SHAPE_TRIANGLES) {
+        if (s->seen.shape == LF_SHAPE_TRIANGLES) {
             rtcSetGeometryBuildQuality(s->geometry, RTC_BUILD_QUALITY_REFIT);
             write_vertices(s, &snapshot->meshes[snapshot->instances[i].mesh]);
             rtcUpdateGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
         }
         commit_geometry(s);
+    }
+}
+
+// So that most rays that look for emitters alone end before they begin.
+static void find_balls(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+{
+    t->ball_count = 0;
+    for (uint32_t i = 0; i < snapshot->instance_count; i++) {
+        const struct ng_snapshot_instance *in = &snapshot->instances[i];
+        float half[3];
+        if (in->light == NG_NONE || ++t->ball_count > MAX_BALLS)
+            continue;
+        struct ball *ball = &t->balls[t->ball_count - 1];
+        for (int k = 0; k < 3; k++) {
+            ball->center[k] = 0.5f * (in->bounds_min[k] + in->bounds_max[k]);
+            // With room for rounding, and for exact shapes around the triangles of the picture.
+            half[k] = 0.6f * (in->bounds_max[k] - in->bounds_min[k]) + 1e-4f * snapshot->scene_radius;
+        }
+        ball->radius2 = lf_dot(half, half);
     }
 }
 
@@ -523,6 +555,7 @@ ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapsh
     else
         NG_TRY(build(t, snapshot));
     t->snapshot = snapshot;
+    find_balls(t, snapshot);
     if (!same || t->stats.updated) {
         rtcCommitScene(t->scene);
         rtcCommitScene(t->emitters);
@@ -535,40 +568,50 @@ ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapsh
 }
 
 // ---- rays ------------------------------------------------------------------------------------------------
-static struct RTCRay embree_ray(const struct lf_ray *ray)
+// In place: what is written member by member and then copied as a whole waits for the stores.
+static void aim(const struct lf_ray *ray, struct RTCRay *out)
 {
-    return (struct RTCRay){.org_x = ray->origin[0],
-                           .org_y = ray->origin[1],
-                           .org_z = ray->origin[2],
-                           .tnear = ray->near,
-                           .dir_x = ray->direction[0],
-                           .dir_y = ray->direction[1],
-                           .dir_z = ray->direction[2],
-                           .mask = UINT32_MAX,
-                           .tfar = ray->far};
+    out->org_x = ray->origin[0];
+    out->org_y = ray->origin[1];
+    out->org_z = ray->origin[2];
+    out->tnear = ray->near;
+    out->dir_x = ray->direction[0];
+    out->dir_y = ray->direction[1];
+    out->dir_z = ray->direction[2];
+    out->time = 0;
+    out->tfar = ray->far;
+    out->mask = UINT32_MAX;
+    out->id = 0;
+    out->flags = 0;
 }
 
-static struct query make_query(enum lf_ray_kind kind, lf_trace_fn visit, void *user)
+static void begin_query(enum lf_ray_kind kind, lf_trace_fn visit, void *user, struct query *out)
 {
-    struct query q = {.kind = kind, .passes = NG_NONE, .visit = visit, .user = user};
-    rtcInitIntersectContext(&q.context);
+    rtcInitIntersectContext(&out->context);
+    out->kind = kind;
+    out->passes = NG_NONE;
+    out->visit = visit;
+    out->user = user;
     if (visit || kind == LF_RAY_CAMERA)
-        q.context.filter = filter_query;
-    return q;
+        out->context.filter = filter_query;
 }
 
-static struct RTCRayHit start(const struct lf_ray *ray)
+static bool intersect(RTCScene scene, const struct lf_ray *ray, struct query *q, struct RTCRayHit *out)
 {
-    return (struct RTCRayHit){.ray = embree_ray(ray), .hit.geomID = RTC_INVALID_GEOMETRY_ID};
+    aim(ray, &out->ray);
+    out->hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    out->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene, &q->context, out);
+    return out->hit.geomID != RTC_INVALID_GEOMETRY_ID;
 }
 
 bool lf_trace_closest(const struct lf_tracer *t, const struct lf_ray *ray, enum lf_ray_kind kind,
                       struct lf_hit *out)
 {
-    struct query q = make_query(kind, NULL, NULL);
-    struct RTCRayHit rayhit = start(ray);
-    rtcIntersect1(t->scene, &q.context, &rayhit);
-    if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+    struct query q;
+    struct RTCRayHit rayhit;
+    begin_query(kind, NULL, NULL, &q);
+    if (!intersect(t->scene, ray, &q, &rayhit))
         return false;
     describe(&t->slots[rayhit.hit.geomID], &rayhit.ray, &rayhit.hit, out);
     return true;
@@ -576,15 +619,18 @@ bool lf_trace_closest(const struct lf_tracer *t, const struct lf_ray *ray, enum 
 
 bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
 {
-    struct query q = make_query(LF_RAY_ALL, NULL, NULL);
-    struct RTCRay r = embree_ray(ray);
+    struct query q;
+    struct RTCRay r;
+    begin_query(LF_RAY_ALL, NULL, NULL, &q);
+    aim(ray, &r);
     rtcOccluded1(t->scene, &q.context, &r);
     return r.tfar < 0;
 }
 
 void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_hit *hits)
 {
-    struct query q = make_query(LF_RAY_ALL, NULL, NULL);
+    struct query q;
+    begin_query(LF_RAY_ALL, NULL, NULL, &q);
     q.passes = p->passes;
     if (p->passes != NG_NONE)
         q.context.filter = filter_query;
@@ -615,21 +661,37 @@ void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_h
     }
 }
 
-void lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_trace_fn visit, void *user)
+// Whether the line of a ray comes near.
+static bool passes(const struct lf_ray *ray, const struct ball *b)
 {
-    struct query q = make_query(LF_RAY_ALL, visit, user);
-    struct RTCRayHit rayhit = start(ray);
-    rtcIntersect1(t->emitters, &q.context, &rayhit);
+    float way[3], across[3];
+    lf_mad(b->center, ray->origin, -1, way);
+    lf_cross(way, ray->direction, across);
+    return lf_dot(across, across) <= b->radius2;
+}
+
+bool lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_trace_fn visit, void *user)
+{
+    bool near = t->ball_count > MAX_BALLS;
+    for (uint32_t i = 0; !near && i < t->ball_count; i++)
+        near = passes(ray, &t->balls[i]);
+    if (!near)
+        return false;
+    struct query q;
+    struct RTCRayHit rayhit;
+    begin_query(LF_RAY_ALL, visit, user, &q);
+    intersect(t->emitters, ray, &q, &rayhit);
+    return true;
 }
 
 uint32_t lf_trace_bare(const struct lf_tracer *t, const struct lf_ray *rays, uint32_t count)
 {
     uint32_t met = 0;
     for (uint32_t i = 0; i < count; i++) {
-        struct query q = make_query(LF_RAY_ALL, NULL, NULL);
-        struct RTCRayHit rayhit = start(&rays[i]);
-        rtcIntersect1(t->scene, &q.context, &rayhit);
-        met += rayhit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+        struct query q;
+        struct RTCRayHit rayhit;
+        begin_query(LF_RAY_ALL, NULL, NULL, &q);
+        met += intersect(t->scene, &rays[i], &q, &rayhit);
     }
     return met;
 }
@@ -639,7 +701,6 @@ void lf_trace_origin(const struct lf_tracer *t, const float position[3], const f
 {
     float size = t->snapshot->scene_radius;
     for (int i = 0; i < 3; i++)
-        size = fabsf(position[i]) > size ? fabsf(position[i]) : size;
-    float side = lf_dot(normal, direction) < 0 ? -1.0f : 1.0f;
-    lf_mad(position, normal, side * 1e-5f * size, out);
+        size = lf_max(fabsf(position[i]), size);
+    lf_mad(position, normal, copysignf(1e-5f * size, lf_dot(normal, direction)), out);
 }

@@ -67,9 +67,9 @@ bool lf_trace_closest(const struct lf_tracer *tracer, const struct lf_ray *ray, 
                       struct lf_hit *out);
 bool lf_trace_occluded(const struct lf_tracer *tracer, const struct lf_ray *ray);
 // Visits every meeting of the ray with the surface of a light, as if there were nothing else: in no
-// particular, but always the same, order.
+// particular, but always the same, order. False if it was plain without a ray that there are none.
 typedef void (*lf_trace_fn)(void *user, const struct lf_hit *hit);
-void lf_trace_emitters(const struct lf_tracer *tracer, const struct lf_ray *ray, lf_trace_fn visit,
+bool lf_trace_emitters(const struct lf_tracer *tracer, const struct lf_ray *ray, lf_trace_fn visit,
                        void *user);
 
 // Rays that run side by side, traced together: several times as fast as one by one where they do (from one

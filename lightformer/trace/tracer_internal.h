@@ -8,8 +8,27 @@
 
 enum lf_shape { LF_SHAPE_TRIANGLES, LF_SHAPE_DISK, LF_SHAPE_SPHERE };
 
-enum lf_shape lf_tracer_shape(const struct lf_tracer *tracer, uint32_t instance);
+// How a surface reflects and shines.
+struct lf_look {
+    float albedo[3], f0[3], emission[3], roughness;
+};
+
+// What a hit needs of an instance, in one place; made by every update, so that a hit computes little.
+struct lf_instance {
+    const struct ng_snapshot_mesh *mesh;
+    const struct ng_snapshot_material *material;
+    enum lf_shape shape;
+    uint32_t flags, light;
+    bool textured;          // its material has an image
+    float normal_matrix[9]; // row-major, to world; not of unit scale
+    struct lf_look plain;   // without textures
+};
+
+const struct lf_instance *lf_tracer_instance(const struct lf_tracer *tracer, uint32_t instance);
 const struct lf_srgb *lf_tracer_srgb(const struct lf_tracer *tracer);
+
+// Fills in all but the shape.
+void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct lf_instance *out);
 
 // Whether an alpha mask leaves nothing at a point of a triangle.
 bool lf_surface_is_cut(const struct lf_tracer *tracer, uint32_t instance, uint32_t triangle,

@@ -5,6 +5,17 @@
 #include <math.h>
 #include <stdbool.h>
 
+// As one instruction; fmaxf, which also weighs NaN, is a call.
+static inline float lf_max(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+static inline float lf_min(float a, float b)
+{
+    return a < b ? a : b;
+}
+
 static inline float lf_dot(const float a[3], const float b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -47,8 +58,7 @@ static inline float lf_mean(const float rgb[3])
 
 static inline float lf_max3(const float rgb[3])
 {
-    float m = rgb[0] > rgb[1] ? rgb[0] : rgb[1];
-    return m > rgb[2] ? m : rgb[2];
+    return lf_max(lf_max(rgb[0], rgb[1]), rgb[2]);
 }
 
 // 3x4 row-major matrices of snapshots.

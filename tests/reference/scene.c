@@ -170,15 +170,19 @@ struct estimate scene_estimate(const struct scene *s, const struct lf_primary *p
 {
     struct lf_path_scene scene = {.tracer = s->tracer, .lights = &s->lights, .depth = depth};
     double sum = 0, square = 0;
-    for (uint32_t i = 0; i < samples; i++) {
-        struct lf_sampler sampler = lf_sampler_start(kind, seed, 0, 0, i);
-        struct lf_radiance r;
-        float rgb[3];
-        lf_path_trace(&scene, primary, &sampler, &r);
-        memcpy(rgb, (const char *)&r + part, sizeof rgb);
-        double x = ((double)rgb[0] + (double)rgb[1] + (double)rgb[2]) / 3;
-        sum += x;
-        square += x * x;
+    struct lf_path paths[LF_PATHS];
+    for (uint32_t i = 0, count; i < samples; i += count) {
+        for (count = 0; count < LF_PATHS && i + count < samples; count++)
+            paths[count] = (struct lf_path){.primary = primary,
+                                            .sampler = lf_sampler_start(kind, seed, 0, 0, i + count)};
+        lf_paths_trace(&scene, paths, count);
+        for (uint32_t k = 0; k < count; k++) {
+            float rgb[3];
+            memcpy(rgb, (const char *)&paths[k].radiance + part, sizeof rgb);
+            double x = ((double)rgb[0] + (double)rgb[1] + (double)rgb[2]) / 3;
+            sum += x;
+            square += x * x;
+        }
     }
     double mean = sum / samples, variance = fmax(square / samples - mean * mean, 0);
     return (struct estimate){mean, sqrt(variance / samples)};
