@@ -9,6 +9,7 @@
 // Keys that write something have the code of their letter on a US keyboard, in capitals: 'A', '1', ' ', '.'.
 enum ng_key {
     NG_KEY_ESCAPE = 128,
+    NG_KEY_TAB,
     NG_KEY_LEFT,
     NG_KEY_RIGHT,
     NG_KEY_UP,

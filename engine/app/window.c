@@ -27,6 +27,8 @@ static int key_of_glfw(int key)
     switch (key) {
     case GLFW_KEY_ESCAPE:
         return NG_KEY_ESCAPE;
+    case GLFW_KEY_TAB:
+        return NG_KEY_TAB;
     case GLFW_KEY_LEFT:
         return NG_KEY_LEFT;
     case GLFW_KEY_RIGHT:

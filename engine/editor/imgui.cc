@@ -65,6 +65,30 @@ void ng_imgui_text(const char *fmt, va_list args)
     ImGui::TextV(fmt, args);
 }
 
+void ng_imgui_same_line(void)
+{
+    ImGui::SameLine();
+}
+
+bool ng_imgui_choice(const char *group, const char *word, bool chosen)
+{
+    ImGui::PushID(group);
+    bool now = ImGui::RadioButton(word, chosen);
+    ImGui::PopID();
+    return now;
+}
+
+void ng_imgui_caption(float x, float y, const char *text)
+{
+    const float margin = 3;
+    ImVec2 picture = ImGui::GetIO().DisplaySize, letters = ImGui::CalcTextSize(text);
+    ImVec2 size(letters.x + 2 * margin, letters.y + 2 * margin);
+    ImVec2 from(x < 0 ? picture.x + x - size.x : x, y < 0 ? picture.y + y - size.y : y);
+    ImDrawList *list = ImGui::GetForegroundDrawList();
+    list->AddRectFilled(from, ImVec2(from.x + size.x, from.y + size.y), IM_COL32(0, 0, 0, 170));
+    list->AddText(ImVec2(from.x + margin, from.y + margin), IM_COL32_WHITE, text);
+}
+
 struct ng_imgui_counts ng_imgui_end(void)
 {
     ImGui::Render();

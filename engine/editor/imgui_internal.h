@@ -40,6 +40,9 @@ bool ng_imgui_has_pointer(void);
 bool ng_imgui_window_begin(const char *title, float x, float y);
 void ng_imgui_window_end(void);
 void ng_imgui_text(const char *fmt, va_list args);
+void ng_imgui_same_line(void);
+bool ng_imgui_choice(const char *group, const char *word, bool chosen);
+void ng_imgui_caption(float x, float y, const char *text);
 
 // Ends the frame.
 struct ng_imgui_counts ng_imgui_end(void);

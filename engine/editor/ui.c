@@ -11,6 +11,7 @@
 #include "gpu/transfer.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 struct ng_ui {
@@ -115,6 +116,29 @@ void ng_ui_text(struct ng_ui *ui, const char *fmt, ...)
     va_start(args, fmt);
     ng_imgui_text(fmt, args);
     va_end(args);
+}
+
+void ng_ui_same_line(struct ng_ui *ui)
+{
+    NG_UNUSED(ui);
+    ng_imgui_same_line();
+}
+
+bool ng_ui_choice(struct ng_ui *ui, const char *group, const char *word, bool chosen)
+{
+    NG_UNUSED(ui);
+    return ng_imgui_choice(group, word, chosen);
+}
+
+void ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...)
+{
+    NG_UNUSED(ui);
+    char text[256];
+    va_list args;
+    va_start(args, fmt);
+    vsnprintf(text, sizeof text, fmt, args);
+    va_end(args);
+    ng_imgui_caption(x, y, text);
 }
 
 // The clip rectangle in whole pixels inside of the picture; false if nothing is left of it.

@@ -42,6 +42,17 @@ bool ng_ui_window_begin(struct ng_ui *ui, const char *title, float x, float y);
 void ng_ui_window_end(struct ng_ui *ui);
 void ng_ui_text(struct ng_ui *ui, const char *fmt, ...) NG_PRINTF(2, 3);
 
+// Continues the line of what came last.
+void ng_ui_same_line(struct ng_ui *ui);
+// One of several words to choose from; true if the person chose it now. `group` tells apart choices of the
+// same name.
+bool ng_ui_choice(struct ng_ui *ui, const char *group, const char *word, bool chosen);
+
+// A line of text on a dark ground, over everything and no window's: pointers pass through. (x, y) is its
+// corner that is nearest to the picture's, in pixels from the left, or if negative from the right, and the
+// same for y.
+void ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...) NG_PRINTF(4, 5);
+
 // Ends the frame and declares the pass "ui" that draws it over `target`; returns the new version.
 // Windows that were begun must have been ended.
 struct ng_graph_ref ng_ui_add_pass(struct ng_ui *ui, struct ng_graph *graph, struct ng_graph_ref target);

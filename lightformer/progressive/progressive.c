@@ -10,14 +10,16 @@
 #include "lightformer/reference/reference.h"
 #include "render/frame.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define METHOD        "reference"
-#define REGION        64u // pixels a side: some milliseconds of tracing
-#define PREVIEW       4u  // a preview's pixel covers so many, each way
-#define DEFAULT_SLICE 0.03
+#define METHOD      "reference"
+#define REGION      64u // pixels a side: some milliseconds of tracing
+#define PREVIEW     4u  // a preview's pixel covers so many, each way
+#define SHORT_SLICE 0.03
+#define LONG_SLICE  0.25
 
 enum { UNSHADOWED, DIRECT, INDIRECT, PART_COUNT };
 
@@ -39,6 +41,7 @@ struct lf_progressive {
     uint64_t picture;                   // hash of what the picture shows
     uint32_t next;                      // region whose turn it is
     bool failed;                        // nothing more comes of this picture
+    uint64_t slice_end_ns;              // of the last frame's slice
     struct lf_progressive_stats stats;
 };
 
@@ -218,11 +221,17 @@ static void forget_picture(struct lf_progressive *p, uint64_t picture)
     p->failed = false;
 }
 
+// Half of the time, as long as a person does not notice.
+static double choose_slice(const struct lf_progressive *p, uint64_t now)
+{
+    double rest = (double)(now - p->slice_end_ns) * 1e-9;
+    return p->params.slice > 0 ? p->params.slice : fmin(fmax(rest, SHORT_SLICE), LONG_SLICE);
+}
+
 // One slice: at least one region, so that there is progress however slow the machine.
 static ng_result advance(struct lf_progressive *p)
 {
-    double slice = p->params.slice > 0 ? p->params.slice : DEFAULT_SLICE;
-    uint64_t end = ng_clock_ns() + (uint64_t)(slice * 1e9);
+    uint64_t now = ng_clock_ns(), end = now + (uint64_t)(choose_slice(p, now) * 1e9);
     while (is_due(p)) {
         NG_TRY(refine(p, &p->regions.items[p->next]));
         if (++p->next == p->regions.count) {
@@ -258,6 +267,7 @@ static ng_result run(const struct ng_pass_context *ctx)
     const struct pass_data *d = ctx->data;
     struct lf_progressive *p = d->self;
     p->failed |= follow(p, d->frame) != NG_OK; // logged there; what was found so far stays
+    p->slice_end_ns = ng_clock_ns();
     p->stats.resting = !is_due(p);
     for (int i = 0; i < PART_COUNT; i++) {
         struct ng_graph_memory memory = ng_pass_memory(ctx, d->images[i]);

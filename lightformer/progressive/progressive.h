@@ -27,7 +27,8 @@ struct lf_progressive_params {
     struct ng_jobs *jobs; // borrowed; null: the caller's thread alone
     uint32_t samples;     // a pixel; there it rests; 0: never
     uint64_t seed;        // of the random numbers
-    double slice;         // seconds of tracing in a frame, exceeded by at most one region; 0: 0.03
+    double slice; // seconds of tracing in a frame, exceeded by at most one region; 0: as long as the rest
+                  // of a frame takes, 0.03 to 0.25
 };
 
 NG_NODISCARD ng_result lf_progressive_create(const struct lf_progressive_params *params,

@@ -1,5 +1,7 @@
 // lightformer view: a scene in a window, with a person's hands on camera and clock.
 #include "commands.h"
+#include "view_panels.h"
+#include "view_picture.h"
 
 #include "app/camera_controller.h"
 #include "app/playback.h"
@@ -21,7 +23,7 @@
 
 struct view {
     const char *scene, *device;
-    uint32_t threads, method;
+    uint32_t threads, method, layer, comparison, other, samples, frames;
     struct cli_size size;
 };
 
@@ -29,19 +31,56 @@ static const struct cli_option options[] = {
     CLI_SCENE(struct view),
     CLI_PIXELS(struct view, "960x720"),
     CLI_METHOD(struct view, method_view_name),
+    {.name = "--layer",
+     .kind = CLI_CHOICE,
+     .offset = offsetof(struct view, layer),
+     .value = "NAME",
+     .fallback = "beauty",
+     .choice = ng_display_layer,
+     .doc = "what is shown"},
+    {.name = "--compare",
+     .kind = CLI_CHOICE,
+     .offset = offsetof(struct view, comparison),
+     .value = "HOW",
+     .fallback = "alone",
+     .choice = view_comparison_name,
+     .doc = "with another method"},
+    {.name = "--other",
+     .kind = CLI_CHOICE,
+     .offset = offsetof(struct view, other),
+     .value = "NAME",
+     .fallback = "reference",
+     .choice = method_view_name,
+     .doc = "the method to compare with"},
+    {.name = "--spp",
+     .kind = CLI_COUNT,
+     .offset = offsetof(struct view, samples),
+     .value = "N",
+     .fallback = "0",
+     .max = 1000000,
+     .doc = "reference: rests after so many paths a pixel; 0: never"},
+    {.name = "--frames",
+     .kind = CLI_COUNT,
+     .offset = offsetof(struct view, frames),
+     .value = "N",
+     .fallback = "0",
+     .max = 1e9,
+     .doc = "quits after so many frames; 0: never"},
     CLI_THREADS(struct view),
     CLI_DEVICE(struct view),
 };
 
-static const char keys[] = "left drag     orbit\n"
-                           "right drag    look around\n"
-                           "middle drag   slide\n"
-                           "wheel         nearer, farther\n"
-                           "W A S D       fly; E up, Q down, Shift faster\n"
-                           "Space         play, pause\n"
-                           "Left, Right   scrub a tenth of a second; Home: to the start\n"
-                           "F1            these keys\n"
-                           "Escape        quit";
+static const char keys[] = VIEW_PICTURE_KEYS "left drag     orbit\n"
+                                             "right drag    look around\n"
+                                             "middle drag   slide\n"
+                                             "wheel         nearer, farther\n"
+                                             "W A S D       fly; E up, Q down, Shift faster\n"
+                                             "Space         play, pause\n"
+                                             "Left, Right   scrub a tenth of a second; Home: to the start\n"
+                                             "F1            these keys\n"
+                                             "F2, F3        what to show; what each pass takes\n"
+                                             "F4            hide the captions\n"
+                                             "Escape        quit";
 
 #define SCRUB_S          0.1
 #define TITLE_INTERVAL_S 0.25
@@ -56,9 +95,12 @@ struct viewer {
     struct ng_camera_controller controller;
     struct ng_playback playback;
     ng_entity camera; // our own, so that neither a parent nor an animation moves it
+    struct view_picture picture;
+    struct view_times times;
     double frame_ms;
     double title_age_s;
-    bool show_keys;
+    uint32_t frames;
+    bool show_keys, show_choices, show_times, hide_captions;
 };
 
 static const char camera_name[] = "lightformer:view";
@@ -89,7 +131,7 @@ static ng_result create_camera(struct viewer *v)
 
 static ng_result open_methods(struct viewer *v)
 {
-    struct method_params params = {.stage = v->stage};
+    struct method_params params = {.stage = v->stage, .samples = v->args->samples};
     const struct method *m;
     for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++)
         NG_TRY(method_open(m, &params, &v->methods[i]));
@@ -115,9 +157,20 @@ static ng_result open_viewer(struct viewer *v)
     NG_TRY(open_methods(v));
     struct ng_ui_params ui = {.gpu = v->stage->gpu, .format = VK_FORMAT_R8G8B8A8_UNORM};
     NG_TRY(ng_ui_create(&ui, &v->ui));
+    uint32_t other = args->other != args->method ? args->other : args->method == 0; // itself shows nothing
+    v->picture = (struct view_picture){
+        .sides = {{args->method, args->layer}, {other, args->layer}},
+        .comparison = args->comparison,
+        .divider = 0.5f,
+    };
     v->playback = (struct ng_playback){.duration = (double)v->stage->scene.duration, .playing = true};
     NG_TRY(ng_stage_seek(v->stage, 0, NULL)); // places the scene's camera
     return create_camera(v);
+}
+
+static void toggle(bool *shown, bool pressed)
+{
+    *shown ^= pressed;
 }
 
 static void react(struct viewer *v, float seconds)
@@ -125,8 +178,10 @@ static void react(struct viewer *v, float seconds)
     const struct ng_input *input = &v->window->input;
     if (input->pressed[NG_KEY_ESCAPE])
         ng_window_close(v->window);
-    if (input->pressed[NG_KEY_F1])
-        v->show_keys = !v->show_keys;
+    toggle(&v->show_keys, input->pressed[NG_KEY_F1]);
+    toggle(&v->show_choices, input->pressed[NG_KEY_F1 + 1]);
+    toggle(&v->show_times, input->pressed[NG_KEY_F1 + 2]);
+    toggle(&v->hide_captions, input->pressed[NG_KEY_F1 + 3]);
 
     ng_playback_advance(&v->playback, (double)seconds);
     if (input->pressed[' '])
@@ -138,7 +193,10 @@ static void react(struct viewer *v, float seconds)
     if (input->pressed[NG_KEY_HOME])
         ng_playback_seek(&v->playback, 0);
 
-    if (!ng_ui_has_pointer(v->ui))
+    if (ng_ui_has_pointer(v->ui))
+        return;
+    view_picture_react(&v->picture, input, v->window->width);
+    if (!v->picture.dragging)
         ng_camera_controller_update(&v->controller, input, (float)v->window->height, seconds);
 }
 
@@ -146,6 +204,37 @@ static ng_result move_camera(struct viewer *v)
 {
     struct ng_transform transform = ng_camera_controller_transform(&v->controller);
     return ng_world_set(v->stage->world, v->camera, NG_TRANSFORM, &transform);
+}
+
+// What a side shows and how far it has come: "reference, direct: 12 spp, 1.4 s, 20.1 million rays".
+static void describe_side(const struct viewer *v, uint32_t side, char *out, size_t size)
+{
+    const struct view_side *s = &v->picture.sides[side];
+    const struct method *m = method_of(METHOD_VIEW, s->method);
+    const char *layer = ng_display_layer(s->layer);
+    char progress[128];
+    method_describe(m, v->methods[s->method], progress, sizeof progress);
+    bool plain = strcmp(layer, "beauty") == 0, has = ng_renderer_shows(v->stage->renderer, side);
+    snprintf(out, size, "%s%s%s%s%s%s", m->name, plain ? "" : ", ", plain ? "" : layer,
+             has ? "" : " (does not compute it)", progress[0] ? ": " : "", progress);
+}
+
+static void draw_captions(struct viewer *v)
+{
+    const struct view_picture *p = &v->picture;
+    const char *mark[VIEW_SIDES] = {"", ""};
+    char text[256];
+    if (p->comparison)
+        mark[p->active] = "> "; // keys change this one
+    describe_side(v, VIEW_LEFT, text, sizeof text);
+    ng_ui_caption(v->ui, 6, -6, "%s%s", mark[VIEW_LEFT], text);
+    if (!p->comparison)
+        return;
+    describe_side(v, VIEW_RIGHT, text, sizeof text);
+    ng_ui_caption(v->ui, -6, p->comparison == NG_COMPARE_SPLIT ? -6 : -26, "%s%s", mark[VIEW_RIGHT], text);
+    if (p->comparison == NG_COMPARE_DIFFERENCE)
+        ng_ui_caption(v->ui, -6, 6, "orange: left is brighter; blue: darker; full colour: by %.0f %%",
+                      100 * (double)NG_DIFFERENCE_FULL);
 }
 
 static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng_graph_ref display)
@@ -156,6 +245,12 @@ static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng
             ng_ui_text(v->ui, "%s", keys);
         ng_ui_window_end(v->ui);
     }
+    if (v->show_choices)
+        view_panel_picture(v->ui, &v->picture);
+    if (v->show_times)
+        view_panel_times(v->ui, &v->times, v->stage, v->frame_ms);
+    if (!v->hide_captions)
+        draw_captions(v);
     return ng_ui_add_pass(v->ui, graph, display);
 }
 
@@ -167,7 +262,8 @@ static ng_result draw(struct viewer *v, float seconds)
         .time = v->playback.time,
         .still = v->playback.jumped,
         .camera = camera_name,
-        .method = method_view_name(v->args->method),
+        .method = view_picture_method(&v->picture),
+        .shown = view_picture_shown(&v->picture),
         .overlay = draw_ui,
         .overlay_user = v,
     };
@@ -181,8 +277,12 @@ static void show_title(struct viewer *v, double seconds)
     if (v->title_age_s < TITLE_INTERVAL_S)
         return;
     v->title_age_s = 0;
-    char title[256];
-    snprintf(title, sizeof title, "%s - %.1f ms - %s at %.2f s", ng_path_name(v->args->scene), v->frame_ms,
+    char title[1024], sides[VIEW_SIDES][256];
+    for (uint32_t i = 0; i < VIEW_SIDES; i++)
+        describe_side(v, i, sides[i], sizeof sides[i]);
+    bool both = v->picture.comparison;
+    snprintf(title, sizeof title, "%s - %.1f ms - %s%s%s - %s at %.2f s", ng_path_name(v->args->scene),
+             v->frame_ms, sides[VIEW_LEFT], both ? " | " : "", both ? sides[VIEW_RIGHT] : "",
              v->playback.playing ? "playing" : "paused", v->playback.time);
     ng_window_set_title(v->window, title);
 }
@@ -190,7 +290,7 @@ static void show_title(struct viewer *v, double seconds)
 static ng_result loop(struct viewer *v)
 {
     uint64_t before = ng_clock_ns();
-    while (!v->window->closed) {
+    while (!v->window->closed && !(v->args->frames && v->frames == v->args->frames)) {
         ng_window_poll(v->window);
         uint64_t now = ng_clock_ns();
         double seconds = (double)(now - before) * 1e-9;
@@ -203,12 +303,14 @@ static ng_result loop(struct viewer *v)
         }
         NG_TRY(move_camera(v));
         NG_TRY(draw(v, (float)seconds));
+        v->frames++;
     }
     return NG_OK;
 }
 
 static void close_viewer(struct viewer *v)
 {
+    view_times_finish(&v->times);
     ng_ui_destroy(&v->ui);
     close_methods(v);
     ng_stage_destroy(&v->stage);

@@ -29,8 +29,11 @@ static void destroy_reference(void **state)
 static void describe_reference(const void *state, char *out, size_t size)
 {
     struct lf_progressive_stats stats = lf_progressive_stats_of(state);
-    snprintf(out, size, "%" PRIu32 " spp, %.1f s, %.1f million rays", stats.samples, stats.seconds,
-             (double)stats.rays * 1e-6);
+    if (!stats.samples)
+        snprintf(out, size, "preview"); // all that moving pictures get
+    else
+        snprintf(out, size, "%" PRIu32 " spp, %.1f s, %.1f million rays", stats.samples, stats.seconds,
+                 (double)stats.rays * 1e-6);
 }
 
 // ---- the table -------------------------------------------------------------------------------------------

@@ -1,0 +1,79 @@
+#include "view_panels.h"
+
+#include "app/stage.h"
+#include "editor/ui.h"
+
+#define LAYERS_A_LINE 5
+
+static void choose_comparison(struct ng_ui *ui, struct view_picture *p)
+{
+    const char *name;
+    for (uint32_t i = 0; (name = view_comparison_name(i)); i++) {
+        if (i)
+            ng_ui_same_line(ui);
+        if (ng_ui_choice(ui, "comparison", name, p->comparison == i))
+            p->comparison = i;
+    }
+}
+
+static void choose_side(struct ng_ui *ui, const char *title, struct view_side *side)
+{
+    const char *name;
+    ng_ui_text(ui, "%s", title);
+    for (uint32_t i = 0; (name = method_view_name(i)); i++) {
+        if (i)
+            ng_ui_same_line(ui);
+        if (ng_ui_choice(ui, title, name, side->method == i))
+            side->method = i;
+    }
+    for (uint32_t i = 0; (name = ng_display_layer(i)); i++) {
+        if (i % LAYERS_A_LINE)
+            ng_ui_same_line(ui);
+        if (ng_ui_choice(ui, title, name, side->layer == i))
+            side->layer = i;
+    }
+}
+
+void view_panel_picture(struct ng_ui *ui, struct view_picture *p)
+{
+    if (ng_ui_window_begin(ui, "Picture", 8, 8)) {
+        choose_comparison(ui, p);
+        choose_side(ui, p->comparison ? "left" : "shown", &p->sides[VIEW_LEFT]);
+        if (p->comparison)
+            choose_side(ui, "right", &p->sides[VIEW_RIGHT]);
+    }
+    ng_ui_window_end(ui);
+}
+
+// ---- Times -----------------------------------------------------------------------------------------------
+
+// A pass whose count of runs has not changed since the panel was last shown took no part in the frame.
+static bool ran(const struct view_times *times, size_t pass, uint64_t runs)
+{
+    return pass < times->runs.count && runs != times->runs.items[pass];
+}
+
+void view_panel_times(struct ng_ui *ui, struct view_times *times, struct ng_stage *stage, double frame_ms)
+{
+    size_t count;
+    const struct ng_pass_stats *passes = ng_graph_stats(ng_renderer_graph(stage->renderer), &count);
+    if (ng_ui_window_begin(ui, "Times", 8, 8)) {
+        ng_ui_text(ui, "    CPU     GPU  ms");
+        ng_ui_text(ui, "%7.2f          frame", frame_ms);
+        ng_ui_text(ui, "%7.2f          world", stage->world_ms);
+        ng_ui_text(ui, "%7.2f          extract", stage->extract_ms);
+        for (size_t i = 0; i < count; i++)
+            if (ran(times, i, passes[i].runs))
+                ng_ui_text(ui, "%7.2f %7.2f  %s", passes[i].cpu_ms, passes[i].gpu_ms, passes[i].name);
+    }
+    ng_ui_window_end(ui);
+    if (!ng_array_resize(&times->runs, count))
+        return; // and nothing is listed
+    for (size_t i = 0; i < count; i++)
+        times->runs.items[i] = passes[i].runs;
+}
+
+void view_times_finish(struct view_times *times)
+{
+    ng_array_finish(&times->runs);
+}
