@@ -29,7 +29,8 @@ struct ng_input {
     // Pixels moved while each button was down, x right, y down; also if it is up again by now, so that no
     // drag is lost between two slow frames.
     float drag[NG_BUTTON_COUNT][2];
-    float scroll; // steps of the wheel, away from the user is positive
+    float grip[NG_BUTTON_COUNT][2]; // where the pointer was when each button last went down
+    float scroll;                   // steps of the wheel, away from the user is positive
     bool buttons[NG_BUTTON_COUNT];
     bool down[NG_KEY_COUNT];
     bool pressed[NG_KEY_COUNT]; // went down, or repeats

@@ -68,12 +68,15 @@ static void on_button(GLFWwindow *handle, int button, int action, int mods)
 {
     NG_UNUSED(mods);
     struct ng_window *w = glfwGetWindowUserPointer(handle);
-    if (button == GLFW_MOUSE_BUTTON_LEFT)
-        w->input.buttons[NG_BUTTON_LEFT] = action == GLFW_PRESS;
-    else if (button == GLFW_MOUSE_BUTTON_RIGHT)
-        w->input.buttons[NG_BUTTON_RIGHT] = action == GLFW_PRESS;
-    else if (button == GLFW_MOUSE_BUTTON_MIDDLE)
-        w->input.buttons[NG_BUTTON_MIDDLE] = action == GLFW_PRESS;
+    enum ng_button b = button == GLFW_MOUSE_BUTTON_LEFT     ? NG_BUTTON_LEFT
+                       : button == GLFW_MOUSE_BUTTON_RIGHT  ? NG_BUTTON_RIGHT
+                       : button == GLFW_MOUSE_BUTTON_MIDDLE ? NG_BUTTON_MIDDLE
+                                                            : NG_BUTTON_COUNT;
+    if (b == NG_BUTTON_COUNT)
+        return;
+    w->input.buttons[b] = action == GLFW_PRESS;
+    if (action == GLFW_PRESS)
+        memcpy(w->input.grip[b], w->input.pointer, sizeof w->input.grip[b]);
 }
 
 static void on_pointer(GLFWwindow *handle, double x, double y)

@@ -206,34 +206,35 @@ static ng_result move_camera(struct viewer *v)
     return ng_world_set(v->stage->world, v->camera, NG_TRANSFORM, &transform);
 }
 
-// What a side shows and how far it has come: "reference, direct: 12 spp, 1.4 s, 20.1 million rays".
+// What a side shows and how far it has come: "reference, direct: 12 spp, 1.4 s, 20.1 million rays". Of two
+// sides the one that keys change has a mark.
 static void describe_side(const struct viewer *v, uint32_t side, char *out, size_t size)
 {
-    const struct view_side *s = &v->picture.sides[side];
+    const struct view_picture *p = &v->picture;
+    const struct view_side *s = &p->sides[side];
     const struct method *m = method_of(METHOD_VIEW, s->method);
     const char *layer = ng_display_layer(s->layer);
     char progress[128];
     method_describe(m, v->methods[s->method], progress, sizeof progress);
-    bool plain = strcmp(layer, "beauty") == 0, has = ng_renderer_shows(v->stage->renderer, side);
-    snprintf(out, size, "%s%s%s%s%s%s", m->name, plain ? "" : ", ", plain ? "" : layer,
+    bool marked = p->comparison && p->active == side, plain = strcmp(layer, "beauty") == 0;
+    bool has = ng_renderer_shows(v->stage->renderer, side);
+    snprintf(out, size, "%s%s%s%s%s%s%s", marked ? "> " : "", m->name, plain ? "" : ", ", plain ? "" : layer,
              has ? "" : " (does not compute it)", progress[0] ? ": " : "", progress);
 }
 
 static void draw_captions(struct viewer *v)
 {
-    const struct view_picture *p = &v->picture;
-    const char *mark[VIEW_SIDES] = {"", ""};
+    const float edge = 6, line = 20;
+    uint32_t comparison = v->picture.comparison;
     char text[256];
-    if (p->comparison)
-        mark[p->active] = "> "; // keys change this one
     describe_side(v, VIEW_LEFT, text, sizeof text);
-    ng_ui_caption(v->ui, 6, -6, "%s%s", mark[VIEW_LEFT], text);
-    if (!p->comparison)
+    ng_ui_caption(v->ui, edge, -edge, "%s", text);
+    if (!comparison)
         return;
     describe_side(v, VIEW_RIGHT, text, sizeof text);
-    ng_ui_caption(v->ui, -6, p->comparison == NG_COMPARE_SPLIT ? -6 : -26, "%s%s", mark[VIEW_RIGHT], text);
-    if (p->comparison == NG_COMPARE_DIFFERENCE)
-        ng_ui_caption(v->ui, -6, 6, "orange: left is brighter; blue: darker; full colour: by %.0f %%",
+    ng_ui_caption(v->ui, -edge, comparison == NG_COMPARE_SPLIT ? -edge : -edge - line, "%s", text);
+    if (comparison == NG_COMPARE_DIFFERENCE)
+        ng_ui_caption(v->ui, -edge, edge, "orange: left is brighter; blue: darker; full colour: by %.0f %%",
                       100 * (double)NG_DIFFERENCE_FULL);
 }
 

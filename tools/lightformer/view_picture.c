@@ -3,7 +3,7 @@
 #include <math.h>
 
 #define DIVIDER_STEP 0.05f
-#define GRIP         8.0f // pixels on each side of the divider that take hold of it
+#define REACH        8.0f // pixels on each side of the divider that take hold of it
 
 static const char *const comparisons[] = {
     [NG_COMPARE_NOTHING] = "alone", [NG_COMPARE_SPLIT] = "split", [NG_COMPARE_DIFFERENCE] = "difference"};
@@ -49,8 +49,9 @@ static void swap_sides(struct view_picture *p)
 
 static void drag_divider(struct view_picture *p, const struct ng_input *input, float width)
 {
-    bool down = input->buttons[NG_BUTTON_LEFT];
-    bool near = fabsf(input->pointer[0] - p->divider * width) <= GRIP;
+    // Also if it is up again by now, so that no drag is lost between two slow frames.
+    bool down = input->buttons[NG_BUTTON_LEFT] || input->drag[NG_BUTTON_LEFT][0] != 0;
+    bool near = fabsf(input->grip[NG_BUTTON_LEFT][0] - p->divider * width) <= REACH;
     p->dragging = down && p->comparison == NG_COMPARE_SPLIT && (p->dragging || (!p->held && near));
     p->held = down;
     if (p->dragging)
