@@ -73,6 +73,8 @@ int main(int argc, char **argv)
     case CLI_HELP:
         cli_help(command, stdout);
         return finish(CLI_DONE);
+    case CLI_OUT_OF_RANGE:
+        return CLI_FAILED;
     case CLI_WRONG:
         break;
     }
