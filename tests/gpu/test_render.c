@@ -606,6 +606,56 @@ static void odd_sizes_work(void **state)
     }
 }
 
+static const uint8_t *shown_at(struct stage *s, uint32_t x, uint32_t y)
+{
+    const uint8_t *rgba;
+    uint32_t width, height;
+    draw(s);
+    assert_int_equal(ng_renderer_display(s->renderer, &rgba, &width, &height), NG_OK);
+    return rgba + ((size_t)y * width + x) * 4;
+}
+
+static void assert_shown(struct stage *s, uint32_t x, uint32_t y, float r, float g, float b)
+{
+    const uint8_t *at = shown_at(s, x, y);
+    assert_near(at[0], 255 * r, 1.5f);
+    assert_near(at[1], 255 * g, 1.5f);
+    assert_near(at[2], 255 * b, 1.5f);
+}
+
+static void any_layer_can_be_shown_and_compared(void **state)
+{
+    struct stage *s = *state;
+    const uint32_t mid = SIZE / 2, left = mid - 8, right = mid + 8; // on the back wall
+    float wall = ng_srgb_encode(WALL), rough = ng_srgb_encode(0.25f);
+    s->materials[0].roughness = 0.25f;
+    s->render.shown.layer = "albedo";
+    assert_shown(s, mid, mid, wall, wall, wall);
+    s->render.shown.layer = "roughness";
+    assert_shown(s, mid, mid, rough, rough, rough);
+    s->render.shown.layer = "normal"; // towards +Z
+    assert_shown(s, mid, mid, 0.5f, 0.5f, 1);
+    s->render.shown.layer = "shadow"; // nothing is lit: 1 by definition
+    assert_shown(s, mid, mid, 1, 1, 1);
+
+    s->render.shown = (struct ng_shown){
+        .layer = "albedo", .comparison = NG_COMPARE_SPLIT, .other_layer = "roughness", .divider = 0.5f};
+    assert_shown(s, left, mid, wall, wall, wall);
+    assert_shown(s, right, mid, rough, rough, rough);
+    assert_shown(s, mid, mid, 1, 1, 1); // the divider
+    s->render.shown.divider = 0;
+    assert_shown(s, left, mid, rough, rough, rough);
+
+    s->render.shown.comparison = NG_COMPARE_DIFFERENCE; // 0.5 against 0.25: brighter by more than half
+    assert_shown(s, mid, mid, 1, 0.5f, 0.1f);
+    s->render.shown.other_layer = "albedo";
+    assert_shown(s, mid, mid, 0, 0, 0);
+
+    s->render.shown = (struct ng_shown){.layer = "indirect"}; // not the rasterizer's
+    assert_shown(s, mid, mid, 0, 0, 0);
+    assert_false(ng_renderer_shows(s->renderer, 0));
+}
+
 static void what_cannot_be_had_is_said(void **state)
 {
     struct stage *s = *state;
@@ -713,6 +763,7 @@ int main(void)
         T(light_maps_are_redrawn_only_when_what_they_show_changes),
         T(lights_add_up_and_names_may_clash),
         T(the_display_is_the_tone_map_of_beauty),
+        T(any_layer_can_be_shown_and_compared),
         cmocka_unit_test(pictures_do_not_depend_on_culling_or_aliasing),
         T(cascades_keep_shadows_sharp_in_large_scenes),
         T(steady_frames_create_nothing),

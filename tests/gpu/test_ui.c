@@ -33,17 +33,11 @@ static void rig_end(struct rig *r)
     gpu_test_end(r->gpu);
 }
 
-// A frame over plain grey; with a window if there is a text for it.
-static void draw(struct rig *r, const char *text, const struct ng_input *input, struct picture *out)
+// Ends a frame over plain grey.
+static void finish(struct rig *r, struct picture *out)
 {
     struct ng_cmd *cmd;
     struct ng_graph_memory memory;
-    ng_ui_begin(r->ui, &(struct ng_ui_frame){WIDTH, HEIGHT, 0.1f, input});
-    if (text) {
-        if (ng_ui_window_begin(r->ui, "title", 10, 20))
-            ng_ui_text(r->ui, "%s", text);
-        ng_ui_window_end(r->ui);
-    }
     assert_int_equal(ng_frame_begin(r->gpu, &cmd), NG_OK);
     ng_graph_begin(r->graph);
     struct ng_graph_ref picture = ng_graph_add_image(
@@ -60,6 +54,33 @@ static void draw(struct rig *r, const char *text, const struct ng_input *input, 
     assert_int_equal(ng_graph_readback_get(r->graph, "picture", &memory), NG_OK);
     assert_int_equal(memory.size, sizeof *out);
     memcpy(out, memory.data, sizeof *out);
+}
+
+// A frame; with a window if there is a text for it.
+static void draw(struct rig *r, const char *text, const struct ng_input *input, struct picture *out)
+{
+    ng_ui_begin(r->ui, &(struct ng_ui_frame){WIDTH, HEIGHT, 0.1f, input});
+    if (text) {
+        if (ng_ui_window_begin(r->ui, "title", 10, 20))
+            ng_ui_text(r->ui, "%s", text);
+        ng_ui_window_end(r->ui);
+    }
+    finish(r, out);
+}
+
+// A frame with the same word to choose twice; which one was chosen in it, or -1.
+static int choose(struct rig *r, const struct ng_input *input)
+{
+    static struct picture p;
+    int chosen = -1;
+    ng_ui_begin(r->ui, &(struct ng_ui_frame){WIDTH, HEIGHT, 0.1f, input});
+    if (ng_ui_window_begin(r->ui, "title", 0, 0))
+        for (int i = 0; i < 2; i++)
+            if (ng_ui_choice(r->ui, i ? "below" : "above", "word", i == 0))
+                chosen = i;
+    ng_ui_window_end(r->ui);
+    finish(r, &p);
+    return chosen;
 }
 
 static bool is_grey(const uint8_t *pixel)
@@ -120,12 +141,57 @@ static void a_pointer_on_a_window_is_the_windows(void **state)
     rig_end(&r);
 }
 
+static void a_click_chooses_a_word(void **state)
+{
+    NG_UNUSED(state);
+    struct rig r = rig_begin();
+    int clicks[2] = {0};
+    // Down the left edge of the window's content: each word answers to clicks somewhere, and only it.
+    for (float y = 2; y < 80; y += 4) {
+        struct ng_input input = {.pointer = {18, y}};
+        assert_int_equal(choose(&r, &input), -1); // a pointer alone chooses nothing
+        input.buttons[NG_BUTTON_LEFT] = true;
+        choose(&r, &input);
+        input.buttons[NG_BUTTON_LEFT] = false;
+        int chosen = choose(&r, &input);
+        if (chosen >= 0)
+            clicks[chosen]++;
+        if (chosen == 0)
+            assert_int_equal(clicks[1], 0); // it is above the other
+    }
+    assert_true(clicks[0] && clicks[1]);
+    rig_end(&r);
+}
+
+static void a_caption_stands_in_its_corner(void **state)
+{
+    NG_UNUSED(state);
+    static struct picture p;
+    struct rig r = rig_begin();
+    ng_ui_begin(r.ui, &(struct ng_ui_frame){WIDTH, HEIGHT, 0.1f, NULL});
+    ng_ui_caption(r.ui, -5, -5, "%s", "word");
+    finish(&r, &p);
+    int dark = 0, bright = 0;
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            bool drawn = !is_grey(p.pixels[y][x]);
+            assert_false(drawn && (x < WIDTH / 2 || x >= WIDTH - 5 || y < HEIGHT / 2 || y >= HEIGHT - 5));
+            dark += p.pixels[y][x][0] < 100;
+            bright += p.pixels[y][x][0] > 200;
+        }
+    assert_in_range(dark, 200, 2000);
+    assert_in_range(bright, 20, 500); // letters
+    rig_end(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nothing_is_drawn_without_a_window),
         cmocka_unit_test(a_window_covers_its_place_and_is_written_on),
         cmocka_unit_test(a_pointer_on_a_window_is_the_windows),
+        cmocka_unit_test(a_click_chooses_a_word),
+        cmocka_unit_test(a_caption_stands_in_its_corner),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
