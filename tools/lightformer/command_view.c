@@ -193,10 +193,9 @@ static void react(struct viewer *v, float seconds)
     if (input->pressed[NG_KEY_HOME])
         ng_playback_seek(&v->playback, 0);
 
-    if (ng_ui_has_pointer(v->ui))
-        return;
-    view_picture_react(&v->picture, input, v->window->width);
-    if (!v->picture.dragging)
+    bool on_ui = ng_ui_has_pointer(v->ui);
+    view_picture_react(&v->picture, input, on_ui ? 0 : v->window->width);
+    if (!on_ui && !v->picture.dragging)
         ng_camera_controller_update(&v->controller, input, (float)v->window->height, seconds);
 }
 
@@ -242,7 +241,7 @@ static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng
 {
     struct viewer *v = user;
     if (v->show_keys) {
-        if (ng_ui_window_begin(v->ui, "Keys", 8, 8))
+        if (ng_ui_window_begin(v->ui, "Keys", 40, 40))
             ng_ui_text(v->ui, "%s", keys);
         ng_ui_window_end(v->ui);
     }

@@ -3,7 +3,11 @@
 #include "app/stage.h"
 #include "editor/ui.h"
 
+#include <stdio.h>
+
 #define LAYERS_A_LINE 5
+#define EDGE          8.0f
+#define TIMES_Y       220.0f // below the choices
 
 static void choose_comparison(struct ng_ui *ui, struct view_picture *p)
 {
@@ -18,12 +22,15 @@ static void choose_comparison(struct ng_ui *ui, struct view_picture *p)
 
 static void choose_side(struct ng_ui *ui, const char *title, struct view_side *side)
 {
+    const struct method *method;
     const char *name;
     ng_ui_text(ui, "%s", title);
-    for (uint32_t i = 0; (name = method_view_name(i)); i++) {
+    for (uint32_t i = 0; (method = method_of(METHOD_VIEW, i)); i++) {
+        char word[64];
+        snprintf(word, sizeof word, "%c %s", method->key, method->name);
         if (i)
             ng_ui_same_line(ui);
-        if (ng_ui_choice(ui, title, name, side->method == i))
+        if (ng_ui_choice(ui, title, word, side->method == i))
             side->method = i;
     }
     for (uint32_t i = 0; (name = ng_display_layer(i)); i++) {
@@ -36,7 +43,7 @@ static void choose_side(struct ng_ui *ui, const char *title, struct view_side *s
 
 void view_panel_picture(struct ng_ui *ui, struct view_picture *p)
 {
-    if (ng_ui_window_begin(ui, "Picture", 8, 8)) {
+    if (ng_ui_window_begin(ui, "Picture", EDGE, EDGE)) {
         choose_comparison(ui, p);
         choose_side(ui, p->comparison ? "left" : "shown", &p->sides[VIEW_LEFT]);
         if (p->comparison)
@@ -57,7 +64,7 @@ void view_panel_times(struct ng_ui *ui, struct view_times *times, struct ng_stag
 {
     size_t count;
     const struct ng_pass_stats *passes = ng_graph_stats(ng_renderer_graph(stage->renderer), &count);
-    if (ng_ui_window_begin(ui, "Times", 8, 8)) {
+    if (ng_ui_window_begin(ui, "Times", EDGE, TIMES_Y)) {
         ng_ui_text(ui, "    CPU     GPU  ms");
         ng_ui_text(ui, "%7.2f          frame", frame_ms);
         ng_ui_text(ui, "%7.2f          world", stage->world_ms);

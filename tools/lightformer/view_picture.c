@@ -52,7 +52,8 @@ static void drag_divider(struct view_picture *p, const struct ng_input *input, f
     // Also if it is up again by now, so that no drag is lost between two slow frames.
     bool down = input->buttons[NG_BUTTON_LEFT] || input->drag[NG_BUTTON_LEFT][0] != 0;
     bool near = fabsf(input->grip[NG_BUTTON_LEFT][0] - p->divider * width) <= REACH;
-    p->dragging = down && p->comparison == NG_COMPARE_SPLIT && (p->dragging || (!p->held && near));
+    bool taken = p->dragging || (!p->held && near);
+    p->dragging = down && width > 0 && p->comparison == NG_COMPARE_SPLIT && taken;
     p->held = down;
     if (p->dragging)
         p->divider = input->pointer[0] / width;
@@ -72,8 +73,7 @@ void view_picture_react(struct view_picture *p, const struct ng_input *input, ui
     if (input->pressed['X'])
         swap_sides(p);
     p->divider += DIVIDER_STEP * (float)(input->pressed['.'] - input->pressed[',']);
-    if (width)
-        drag_divider(p, input, (float)width);
+    drag_divider(p, input, (float)width);
     p->divider = fminf(fmaxf(p->divider, 0), 1);
 }
 

@@ -25,7 +25,7 @@ struct view_picture {
 
 // The keys, for people.
 #define VIEW_PICTURE_KEYS                                                                                    \
-    "1, 3          the method: raster, reference\n"                                                          \
+    "1, 2, ...     a method (F2 names them)\n"                                                               \
     "L             next layer (direct, shadow, ...); Shift+L: of this side alone\n"                          \
     "C             alone, split, difference\n"                                                               \
     "Tab           the side that keys change\n"                                                              \
@@ -35,7 +35,8 @@ struct view_picture {
 // "alone", "split", "difference": names of comparisons; null past the end.
 const char *view_comparison_name(uint32_t comparison);
 
-// Takes in what a person did since the last frame, in a picture of this width.
+// Takes in what a person did since the last frame, in a picture of this width; 0: the pointer is on something
+// else.
 void view_picture_react(struct view_picture *picture, const struct ng_input *input, uint32_t width);
 // For struct ng_render_params.
 const char *view_picture_method(const struct view_picture *picture);
