@@ -5,6 +5,7 @@
 // which every number waits for the one before; several fill the processor's waiting with one another's work.
 #include "lightformer/reference/path.h"
 
+#include "base/system.h"
 #include "lightformer/reference/scatter.h"
 #include "lightformer/trace/vec.h"
 
@@ -20,10 +21,15 @@ struct vertex {
     float choice_total; // lf_light_choice_total
 };
 
-static void count_ray(const struct lf_path_scene *scene)
+static uint64_t start_clock(const struct lf_path_scene *scene)
 {
-    if (scene->rays)
-        ++*scene->rays;
+    return scene->timed ? ng_clock_ns() : 0;
+}
+
+static void stop_clock(const struct lf_path_scene *scene, uint64_t begin, uint64_t *ns)
+{
+    if (scene->timed)
+        *ns += ng_clock_ns() - begin;
 }
 
 static float power_heuristic(float a, float b)
@@ -173,7 +179,7 @@ static bool is_lit(const struct lf_path_scene *scene, const struct connection *c
 {
     if (!c->asks)
         return true;
-    count_ray(scene);
+    scene->stats->shadow_rays++;
     return !lf_trace_occluded(scene->tracer, &c->ray);
 }
 
@@ -201,7 +207,6 @@ static void take_step(const struct lf_path_scene *scene, const struct vertex *v,
 {
     struct lf_ray ray;
     leave(scene, v, step->direction, &ray);
-    count_ray(scene);
     step->met = lf_trace_closest(scene->tracer, &ray, LF_RAY_ALL, &step->hit);
     if (step->met)
         lf_surface_prefetch(scene->tracer, &step->hit);
@@ -232,8 +237,7 @@ static void see_unshadowed(const struct lf_path_scene *scene, const struct verte
     add_met_environments(scene, v, step->direction, step->pdf, seen);
     struct unshadowed u = {
         .scene = scene, .from = v, .direction = step->direction, .pdf = step->pdf, .sum = seen};
-    if (lf_trace_emitters(scene->tracer, &ray, add_unshadowed, &u))
-        count_ray(scene);
+    scene->stats->emitter_rays += lf_trace_emitters(scene->tracer, &ray, add_unshadowed, &u);
 }
 
 // ---- paths -----------------------------------------------------------------------------------------------
@@ -242,7 +246,7 @@ void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, 
     const struct ng_snapshot *snapshot = scene->lights->snapshot;
     struct lf_hit hit;
     *out = (struct lf_primary){.ray = *ray, .instance = NG_NONE};
-    count_ray(scene);
+    scene->stats->path_rays++;
     out->met = lf_trace_closest(scene->tracer, ray, LF_RAY_CAMERA, &hit);
     uint32_t light = snapshot->environment;
     struct ng_light_hit seen = {.distance = INFINITY};
@@ -335,6 +339,7 @@ static void sample_lights(struct walk *w)
 {
     for (uint32_t i = 0; i < w->count; i++)
         sample_light(w->scene, w->going[i]->at, &w->going[i]->path->sampler, &w->going[i]->connection);
+    uint64_t begin = start_clock(w->scene);
     for (uint32_t i = 0; i < w->count; i++) {
         struct walker *walker = w->going[i];
         struct lf_radiance *radiance = &walker->path->radiance;
@@ -344,6 +349,7 @@ static void sample_lights(struct walk *w)
         if (is_lit(w->scene, c))
             add_product(w->bounce ? radiance->indirect : radiance->direct, walker->throughput, c->whole, 1);
     }
+    stop_clock(w->scene, begin, &w->scene->stats->shadow_ns);
 }
 
 static void choose_directions(struct walk *w)
@@ -391,8 +397,11 @@ static bool look_around(struct walk *w, struct walker *walker)
 static void take_steps(struct walk *w)
 {
     uint32_t count = 0;
+    uint64_t begin = start_clock(w->scene);
     for (uint32_t i = 0; i < w->count; i++)
         take_step(w->scene, w->going[i]->at, &w->going[i]->steps[w->bounce % 2]);
+    stop_clock(w->scene, begin, &w->scene->stats->path_ns);
+    w->scene->stats->path_rays += w->count;
     for (uint32_t i = 0; i < w->count; i++) {
         struct walker *walker = w->going[i];
         if (look_around(w, walker))
@@ -404,6 +413,7 @@ static void take_steps(struct walk *w)
 void lf_paths_trace(const struct lf_path_scene *scene, struct lf_path *paths, uint32_t count)
 {
     struct walk w;
+    uint64_t begin = start_clock(scene);
     start_walk(&w, scene, paths, count < LF_PATHS ? count : LF_PATHS);
     for (; w.count && (!scene->depth || w.bounce + 2 <= scene->depth); w.bounce++) {
         arrive_all(&w);
@@ -413,4 +423,5 @@ void lf_paths_trace(const struct lf_path_scene *scene, struct lf_path *paths, ui
             see_all_unshadowed(&w);
         take_steps(&w);
     }
+    stop_clock(scene, begin, &scene->stats->total_ns);
 }

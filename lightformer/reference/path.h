@@ -11,11 +11,21 @@
 #include "lightformer/reference/sampler.h"
 #include "lightformer/trace/surface.h"
 
+// What was traced, and how long it took; sums over threads.
+struct lf_path_stats {
+    uint64_t path_rays;    // to the closest surface, the camera's included
+    uint64_t shadow_rays;  // to a light, whether anything is in between
+    uint64_t emitter_rays; // through the emitters alone, for T_l: not counted among the rays of a picture
+    // Where the scene asks for it (timed), nanoseconds: of all paths, and of their rays alone.
+    uint64_t total_ns, path_ns, shadow_ns;
+};
+
 struct lf_path_scene {
     const struct lf_tracer *tracer;
     const struct lf_light_choice *lights;
     uint32_t depth; // segments of a path, the camera's included (Mitsuba's max_depth); 0: no limit
-    uint64_t *rays; // counts the rays that were traced; may be null
+    bool timed;
+    struct lf_path_stats *stats; // added to; needed
 };
 
 // The split; all W/(sr m2).

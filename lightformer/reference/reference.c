@@ -20,7 +20,7 @@
 
 // A square of pixels, and what happened in its last pass.
 struct lf_tile {
-    uint64_t rays;
+    struct lf_path_stats stats;
     bool failed; // a sample was not a number:
     uint32_t x, y, sample;
 };
@@ -106,16 +106,21 @@ ng_result lf_reference_begin(struct lf_reference *r, const struct lf_tracer *tra
     NG_REQUIRE(snapshot, "the tracer has been updated");
     r->tracer = tracer;
     r->samples = 0;
-    r->rays = 0;
+    r->stats = (struct lf_path_stats){0};
     r->seconds = 0;
     memset(r->sums, 0, lf_pixel_count(r) * sizeof *r->sums);
     find_camera(r, &snapshot->camera);
     return lf_light_choice_update(&r->lights, snapshot);
 }
 
+static uint64_t count_rays(const struct lf_reference *r)
+{
+    return r->stats.path_rays + r->stats.shadow_rays;
+}
+
 struct lf_reference_stats lf_reference_stats_of(const struct lf_reference *r)
 {
-    return (struct lf_reference_stats){r->samples, r->rays, r->seconds};
+    return (struct lf_reference_stats){r->samples, count_rays(r), r->seconds, r->stats};
 }
 
 struct lf_ray lf_reference_ray(const struct lf_reference *r, float x, float y)
@@ -130,10 +135,13 @@ struct lf_ray lf_reference_ray(const struct lf_reference *r, float x, float y)
     return ray;
 }
 
-struct lf_path_scene lf_reference_scene(const struct lf_reference *r, uint64_t *rays)
+struct lf_path_scene lf_reference_scene(const struct lf_reference *r, struct lf_path_stats *stats)
 {
-    return (struct lf_path_scene){
-        .tracer = r->tracer, .lights = &r->lights, .depth = r->params.depth, .rays = rays};
+    return (struct lf_path_scene){.tracer = r->tracer,
+                                  .lights = &r->lights,
+                                  .depth = r->params.depth,
+                                  .timed = r->params.timed,
+                                  .stats = stats};
 }
 
 // ---- samples ---------------------------------------------------------------------------------------------
@@ -252,7 +260,7 @@ static void sample_tiles(void *user, uint32_t begin, uint32_t end, uint32_t work
     for (uint32_t t = begin; t < end; t++) {
         struct lf_tile *tile = &pass->reference->tiles[t];
         struct batch batch = {.pass = pass, .tile = tile};
-        batch.scene = lf_reference_scene(pass->reference, &tile->rays);
+        batch.scene = lf_reference_scene(pass->reference, &tile->stats);
         uint32_t x0 = t % across * TILE, y0 = t / across * TILE;
         *tile = (struct lf_tile){0};
         for (uint32_t y = y0; y < y0 + TILE && y < region->height; y++)
@@ -263,6 +271,16 @@ static void sample_tiles(void *user, uint32_t begin, uint32_t end, uint32_t work
     }
 }
 
+static void add_stats(const struct lf_path_stats *from, struct lf_path_stats *to)
+{
+    to->path_rays += from->path_rays;
+    to->shadow_rays += from->shadow_rays;
+    to->emitter_rays += from->emitter_rays;
+    to->total_ns += from->total_ns;
+    to->path_ns += from->path_ns;
+    to->shadow_ns += from->shadow_ns;
+}
+
 static ng_result run_pass(struct lf_reference *r, uint32_t count)
 {
     struct pass pass = {.reference = r, .first = r->samples, .count = count};
@@ -270,7 +288,7 @@ static ng_result run_pass(struct lf_reference *r, uint32_t count)
     r->samples += count;
     for (uint32_t i = 0; i < r->tile_count; i++) {
         const struct lf_tile *t = &r->tiles[i];
-        r->rays += t->rays;
+        add_stats(&t->stats, &r->stats);
         if (t->failed) {
             ng_log_error("reference: radiance is not a number at pixel %u, %u, sample %u, seed %" PRIu64
                          "; look for lights or materials with absurd values",
@@ -315,7 +333,7 @@ static bool report(const struct lf_reference *r, const struct lf_reference_run_p
                                              .target = p->samples,
                                              .seconds = seconds,
                                              .seconds_left = each * (p->samples - r->samples),
-                                             .rays = r->rays};
+                                             .rays = count_rays(r)};
     return p->progress(p->user, &progress);
 }
 

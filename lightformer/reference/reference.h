@@ -16,7 +16,7 @@
 #ifndef LF_REFERENCE_REFERENCE_H
 #define LF_REFERENCE_REFERENCE_H
 
-#include "lightformer/reference/sampler.h"
+#include "lightformer/reference/path.h"
 #include "lightformer/trace/tracer.h"
 
 struct ng_jobs;
@@ -35,6 +35,7 @@ struct lf_reference_params {
     uint64_t seed;
     float clamp; // largest indirect radiance of one sample; biased; 0: none
     bool antialias;
+    bool timed;           // measure where the time goes (lf_reference_stats.paths), at a cost of about 1 %
     struct ng_jobs *jobs; // borrowed; null: this thread
 };
 
@@ -73,8 +74,10 @@ NG_NODISCARD ng_result lf_reference_run(struct lf_reference *reference,
 
 struct lf_reference_stats {
     uint32_t samples; // a pixel
-    uint64_t rays;    // of the runs since lf_reference_begin
-    double seconds;   // of the same
+    // Of the runs since lf_reference_begin:
+    uint64_t rays; // path and shadow rays
+    double seconds;
+    struct lf_path_stats paths;
 };
 struct lf_reference_stats lf_reference_stats_of(const struct lf_reference *reference);
 

@@ -17,7 +17,7 @@ struct lf_reference {
     struct lf_light_choice lights;
     struct lf_sums *sums; // [region.height][region.width]
     uint32_t samples;
-    uint64_t rays;
+    struct lf_path_stats stats;
     double seconds;
     struct lf_tile *tiles;
     uint32_t tile_count;
@@ -33,7 +33,7 @@ static inline size_t lf_pixel_count(const struct lf_reference *r)
 
 // The ray through a point of the whole picture, pixels.
 struct lf_ray lf_reference_ray(const struct lf_reference *r, float x, float y);
-struct lf_path_scene lf_reference_scene(const struct lf_reference *r, uint64_t *rays);
+struct lf_path_scene lf_reference_scene(const struct lf_reference *r, struct lf_path_stats *stats);
 
 // ---- checkpoint.c ----------------------------------------------------------------------------------------
 NG_NODISCARD ng_result lf_checkpoint_write(const struct lf_reference *r, const char *path, uint64_t picture);

@@ -119,7 +119,8 @@ static uint32_t entity_of(const struct lf_reference *r, const struct lf_primary 
 static void fill(const struct lf_reference *r, enum layer layer, struct lf_layer *out)
 {
     const struct lf_region *region = &r->params.region;
-    struct lf_path_scene scene = lf_reference_scene(r, NULL);
+    struct lf_path_stats stats = {0};
+    struct lf_path_scene scene = lf_reference_scene(r, &stats);
     float *pixel = out->pixels;
     uint32_t *id = out->pixels;
     for (uint32_t y = 0; y < region->height; y++)

@@ -168,7 +168,8 @@ ng_entity scene_light(struct scene *s, ng_component type, const void *light, con
 struct estimate scene_estimate(const struct scene *s, const struct lf_primary *primary, uint32_t samples,
                                uint32_t depth, enum lf_sampler_kind kind, uint64_t seed, size_t part)
 {
-    struct lf_path_scene scene = {.tracer = s->tracer, .lights = &s->lights, .depth = depth};
+    struct lf_path_stats stats = {0};
+    struct lf_path_scene scene = {.tracer = s->tracer, .lights = &s->lights, .depth = depth, .stats = &stats};
     double sum = 0, square = 0;
     struct lf_path paths[LF_PATHS];
     for (uint32_t i = 0, count; i < samples; i += count) {

@@ -50,7 +50,8 @@ static void check_furnace(float base, float metallic, float roughness, double co
     scene_quad(&s, (const float[3]){-1, -1, 0}, (const float[3]){2, 0, 0}, (const float[3]){0, 2, 0},
                scene_material(&s, grey, metallic, roughness));
     scene_frame(&s, 0);
-    struct lf_path_scene scene = {.tracer = s.tracer, .lights = &s.lights};
+    struct lf_path_stats stats = {0};
+    struct lf_path_scene scene = {.tracer = s.tracer, .lights = &s.lights, .stats = &stats};
     struct lf_ray ray = {.far = INFINITY};
     ray.direction[0] = -sqrtf((float)(1 - cos_v * cos_v));
     ray.direction[2] = -(float)cos_v;

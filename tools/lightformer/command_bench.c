@@ -3,6 +3,7 @@
 // Two runs over the same frames. The first is the scene as anybody would draw it: frame time, passes, memory.
 // The second redraws every light in every frame and adds passes that draw depth alone; it gives the ratios,
 // which mean the same on any machine, and nothing else.
+#include "bench_reference.h"
 #include "commands.h"
 #include "json.h"
 #include "progress.h"
@@ -25,7 +26,8 @@ struct bench {
     const char *scene, *device;
     uint32_t frames, threads, method;
     struct cli_size size;
-    bool json;
+    bool reference, json;
+    uint32_t samples;
 };
 
 static const struct cli_option options[] = {
@@ -40,6 +42,18 @@ static const struct cli_option options[] = {
      .doc = "how many frames to measure, after a few to warm up"},
     CLI_PIXELS(struct bench, "512x512"),
     CLI_METHOD(struct bench, method_bench_name),
+    {.name = "--reference",
+     .kind = CLI_FLAG,
+     .offset = offsetof(struct bench, reference),
+     .doc = "instead: rays a second of the path tracer, and of a bare loop of closest hits"},
+    {.name = "--spp",
+     .kind = CLI_COUNT,
+     .offset = offsetof(struct bench, samples),
+     .value = "N",
+     .fallback = "8",
+     .min = 1,
+     .max = 1e6,
+     .doc = "paths a pixel of each of five rounds (--reference)"},
     CLI_THREADS(struct bench),
     CLI_DEVICE(struct bench),
     CLI_JSON(struct bench),
@@ -378,9 +392,8 @@ static ng_result measure_ratios(const struct bench *b, struct report *r)
     return result;
 }
 
-static int run(const void *args)
+static ng_result measure_frames(const struct bench *b)
 {
-    const struct bench *b = args;
     struct report report = {0};
     ng_result result = measure_plain(b, &report);
     if (result == NG_OK)
@@ -388,6 +401,15 @@ static int run(const void *args)
     if (result == NG_OK)
         (b->json ? write_report : print_report)(b, &report);
     finish_measurement(&report.plain);
+    return result;
+}
+
+static int run(const void *args)
+{
+    const struct bench *b = args;
+    const struct bench_reference_params reference = {
+        .scene = b->scene, .size = b->size, .samples = b->samples, .threads = b->threads, .json = b->json};
+    ng_result result = b->reference ? bench_reference(&reference) : measure_frames(b);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;
 }
 
