@@ -1,0 +1,149 @@
+"""A training in seconds: the loss falls, repeating gives the same bytes, a resumed run equals an uninterrupted one."""
+
+import json
+import os
+import subprocess
+import unittest
+from pathlib import Path
+
+import numpy as np
+from made import ROOT, dataset
+
+from lightformer_train import data, training, weights
+from lightformer_train.data import Dataset, Options
+from lightformer_train.program import INPUTS
+from lightformer_train.training import Settings, Stopped, Trainer
+
+SCRATCH = Path(os.environ["NG_TEST_DIR"])
+SETTINGS = Settings("structured-small", steps=70, batch=2, held_out=4, threads=1)
+
+
+def trainer(name: str, **changes: object) -> Trainer:
+    settings = Settings(**{**vars(SETTINGS), **changes})
+    return Trainer(settings, Dataset([SCRATCH / "data"]), SCRATCH / f"{name}.safetensors", ROOT)
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess:
+    command = [str(ROOT / "tools/train/train.py"), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def setUpModule() -> None:
+    dataset(SCRATCH / "data")
+
+
+class Training(unittest.TestCase):
+    def test_it_learns_and_repeats_and_resumes(self):
+        whole = trainer("whole")
+        whole.run()
+        first, last = (sum(curve[i][1] for curve in whole.history.loss.values()) for i in (0, -1))
+        self.assertLess(last, first / 2)
+        _, notes = weights.read(SCRATCH / "whole.safetensors")
+        self.assertIn("--steps 70", notes["training"])
+        self.assertEqual(notes["dataset"], Dataset([SCRATCH / "data"]).hash)
+        self.assertEqual(set(json.loads(notes["quality"])["rse"]), {"unshadowed", "direct", "indirect", "total"})
+        page = (SCRATCH / "whole.html").read_text(encoding="utf-8")
+        self.assertIn("polyline", page)
+        self.assertIn("data:image/png", page)
+
+        interrupted = trainer("parts")
+        interrupted.total = 31
+        interrupted._finish = interrupted._save_checkpoint  # as if it ended here
+        interrupted.run()
+        resumed = trainer("parts")
+        resumed.resume()
+        self.assertEqual(resumed.step, 31)
+        resumed.run()
+        self.assertFalse((SCRATCH / "parts.checkpoint").exists())
+        same = [(SCRATCH / f"{name}.safetensors").read_bytes() for name in ("whole", "parts")]
+        self.assertEqual(same[0], same[1])
+
+    def test_minutes_become_steps(self):
+        short = trainer("minutes", steps=0, minutes=1e-6)
+        short.run()
+        self.assertEqual(short.step, training.WARM_UP + 2)
+
+    def test_a_checkpoint_of_other_settings_is_refused(self):
+        one = trainer("other")
+        one._save_checkpoint()
+        with self.assertRaisesRegex(Stopped, "other settings"):
+            trainer("other", batch=3).resume()
+        (SCRATCH / "other.checkpoint").write_bytes(b"no")
+        with self.assertRaisesRegex(Stopped, "not a checkpoint"):
+            one.resume()
+
+
+class Data(unittest.TestCase):
+    def setUp(self):
+        self.dataset = Dataset([SCRATCH / "data"])
+
+    def batch(self, seed: int, **options: object) -> data.Batch:
+        return self.dataset.batch(self.dataset.crops[:3], Options(**options), np.random.default_rng(seed))
+
+    def test_held_out_samples_are_not_learned_from(self):
+        learn, test = self.dataset.split(4)
+        self.assertEqual((len(learn), len(test)), (20, 4))
+        self.assertFalse({crop.seed for crop in learn} & {crop.seed for crop in test})
+
+    def test_plain_batches_hold_what_the_shard_holds(self):
+        batch = self.batch(0, augment=False, mirror_dropout=0, vpls=500, texels=500)
+        stored = self.dataset.shards[0]["1/view.glossy"][0].astype(np.float32)
+        self.assertTrue(np.array_equal(batch.inputs["view.glossy"][4:6].numpy(), stored))
+        self.assertEqual(batch.lights.owner.tolist(), [0, 0, 1, 1, 2, 2])
+        self.assertEqual(batch.inputs["texel.flux"].shape, (6, 3, 48, 1))
+
+    def test_symmetries_keep_lengths_angles_and_brightness(self):
+        plain = self.batch(0, augment=False, mirror_dropout=0)
+        for seed in range(6):
+            turned = self.batch(seed, mirror_dropout=0)
+            for before, after in zip(self.invariants(plain), self.invariants(turned)):
+                for a, b in zip(before, after):  # each crop is flipped or not
+                    self.assertTrue(any(np.allclose(a, x, atol=1e-5) for x in (b, b.flip(-1))))
+
+    @staticmethod
+    def invariants(batch: data.Batch) -> list:
+        normal, direction = batch.inputs["pixel.normal"], batch.inputs["view.direction"]
+        return [
+            (normal * batch.inputs["pixel.view"]).sum(1),
+            (normal[batch.lights.owner] * direction).sum(1),
+            batch.inputs["view.diffuse"].sum(1),
+            batch.indirect.sum(1),
+        ]
+
+    def test_chosen_rows_are_right_on_average(self):
+        whole = self.batch(0, augment=False).inputs["texel.flux"].mean(2)
+        few = [self.batch(seed, augment=False, texels=12).inputs["texel.flux"] for seed in range(200)]
+        self.assertEqual(few[0].shape[2], 12)
+        mean = sum(x.mean(2) for x in few) / len(few)
+        self.assertLess(float((mean - whole).abs().max()), 0.03)
+
+    def test_the_mirror_clue_is_missing_at_times(self):
+        batch = self.batch(0, mirror_dropout=1.0)
+        for name in INPUTS:
+            if "mirror" in name:
+                self.assertEqual(float(batch.inputs[name].abs().max()), 0, name)
+
+
+class Commands(unittest.TestCase):
+    def test_errors_are_one_line(self):
+        cases = {
+            (str(SCRATCH / "nowhere"), "-o", str(SCRATCH / "x.safetensors")): (1, "manifest"),
+            (str(SCRATCH / "data"), "-o", str(SCRATCH / "x.safetensors"), "--without", "ears"): (2, "ears"),
+            (str(SCRATCH / "data"), "-o", str(SCRATCH / "x.safetensors"), "--resume"): (1, "checkpoint"),
+        }
+        for arguments, (status, word) in cases.items():
+            with self.subTest(word):
+                done = run(*arguments)
+                self.assertEqual(done.returncode, status)
+                self.assertIn(word, done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1)
+
+    def test_a_data_set_without_inputs_is_refused(self):
+        tensors, _ = weights.map_tensors(next((SCRATCH / "data").glob("*.safetensors")))
+        folder = SCRATCH / "old"
+        folder.mkdir(exist_ok=True)
+        kept = {name: x for name, x in tensors.items() if "view.bounce" not in name}
+        weights.write(folder / "shard.safetensors", kept, {})
+        (folder / "manifest.json").write_text('{"shards": [{"file": "shard.safetensors"}]}')
+        with self.assertRaisesRegex(weights.FileError, "view.bounce"):
+            Dataset([folder])

@@ -1,0 +1,217 @@
+"""Crops from the shards of `lightformer dataset`, as batches that a network takes.
+
+A shard holds the inputs of lightformer/net/inputs.inc under their names, so nothing here knows how they come about.
+Shards are mapped into memory; of the rows (direct VPLs, RSM texels) each batch draws a few, stratified, so that their mean
+is right on average.
+"""
+
+import json
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from itertools import permutations, product
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from . import weights
+from .network import Lights
+from .program import INPUTS, PICTURES, ROWS
+
+TARGETS = ("target.unshadowed", "target.shadow", "target.indirect")
+# Inputs of three channels that turn with the world; the others of three channels are colours.
+VECTORS = {name for name in INPUTS if name.rpartition(".")[2] in ("position", "offset", "normal", "view", "direction")}
+NEITHER = {"light.kind"}
+MIRROR = {name for name in INPUTS if "mirror" in name}
+
+
+@dataclass(frozen=True)
+class Options:
+    """How batches are drawn."""
+
+    vpls: int = 128  # rows of each light
+    texels: int = 512
+    augment: bool = True
+    mirror_dropout: float = 0.15  # of the crops, the mirror clue is missing
+    names: frozenset[str] = frozenset(INPUTS)  # inputs that are read
+
+
+@dataclass(frozen=True)
+class Crop:
+    """One crop of one sample."""
+
+    shard: int
+    seed: int
+    index: int
+
+
+@dataclass
+class Batch:
+    """What a step learns from. Targets: [B, 3, h, w] radiance; `weight`: 1 where a pixel counts."""
+
+    inputs: dict[str, Tensor]
+    lights: Lights
+    unshadowed: Tensor
+    direct: Tensor
+    indirect: Tensor
+    weight: Tensor
+
+    def to(self, device: torch.device) -> "Batch":
+        """The same on a device."""
+        if device.type == "cpu":
+            return self
+        lights = Lights(
+            self.lights.frames,
+            self.lights.owner.to(device),
+            {name: rows.to(device) for name, rows in self.lights.rows.items()},
+        )
+        moved = (x.to(device) for x in (self.unshadowed, self.direct, self.indirect, self.weight))
+        return Batch({name: x.to(device) for name, x in self.inputs.items()}, lights, *moved)
+
+
+@dataclass
+class Dataset:
+    """The samples of some folders."""
+
+    folders: list[Path]
+    shards: list[dict[str, np.ndarray]] = field(default_factory=list)
+    crops: list[Crop] = field(default_factory=list)
+    hash: str = ""
+
+    def __post_init__(self) -> None:
+        manifests = b""
+        for folder in self.folders:
+            manifest = folder / "manifest.json"
+            try:
+                text = manifest.read_bytes()
+                names = [shard["file"] for shard in json.loads(text)["shards"]]
+            except (OSError, ValueError, KeyError, TypeError) as error:
+                raise weights.FileError(f"{manifest}: not the manifest of a data set ({error})") from None
+            manifests += text
+            for name in names:
+                self._add(folder / name)
+        if not self.crops:
+            raise weights.FileError(f"{', '.join(map(str, self.folders))}: no sample with a light")
+        self.hash = f"{weights.hash_bytes(manifests):016x}"
+
+    def _add(self, path: Path) -> None:
+        tensors, _ = weights.map_tensors(path)
+        for name, array in tensors.items():
+            seed, _, rest = name.partition("/")
+            if rest != TARGETS[0]:
+                continue
+            missing = [n for n in (*INPUTS, *TARGETS) if f"{seed}/{n}" not in tensors and n not in MIRROR]
+            if missing:
+                raise weights.FileError(f"{path}: sample {seed} has no {missing[0]}; make the data set anew")
+            if tensors[f"{seed}/light.share"].shape[0] > 0:
+                self.crops += [Crop(len(self.shards), int(seed), index) for index in range(array.shape[0])]
+        self.shards.append(tensors)
+
+    def split(self, held_out: int) -> tuple[list[Crop], list[Crop]]:
+        """Crops to learn from, and about so many of other samples, spread over all."""
+        samples = sorted({(crop.shard, crop.seed) for crop in self.crops})
+        share = min(held_out / len(self.crops), 0.5)
+        kept = {sample for i, sample in enumerate(samples) if int((i + 1) * share) > int(i * share)}
+        learn = [crop for crop in self.crops if (crop.shard, crop.seed) not in kept]
+        return learn, [crop for crop in self.crops if (crop.shard, crop.seed) in kept]
+
+    def batch(self, crops: list[Crop], options: Options, random: np.random.Generator) -> Batch:
+        """These crops; what is drawn of them follows from `random` alone."""
+        parts = [_load(self.shards[crop.shard], crop, options, random) for crop in crops]
+        counts = [len(part["light.share"]) for part in parts]
+        inputs = {name: _join(name, [part[name] for part in parts]) for name in options.names}
+        owner = torch.repeat_interleave(torch.arange(len(parts)), torch.tensor(counts))
+        rows = {}
+        for domain in ROWS:
+            if f"{domain}.normal" in inputs:
+                exists = (inputs[f"{domain}.normal"] != 0).any(1, keepdim=True)
+                rows[domain] = exists.float()
+        targets = {name: torch.from_numpy(np.stack([part[name] for part in parts])) for name in TARGETS}
+        unshadowed, shadow, indirect = (targets[name] for name in TARGETS)
+        return Batch(
+            inputs, Lights(len(parts), owner, rows), unshadowed, unshadowed * shadow, indirect, inputs["pixel.mask"]
+        )
+
+
+def _join(name: str, parts: list[np.ndarray]) -> Tensor:
+    """Arrays of frames as the network takes them: [B, ...] of frames and pixels, [N, ...] of lights."""
+    of_frames = INPUTS[name].domain in ("frame", "pixel")
+    whole = np.stack(parts) if of_frames else np.concatenate(parts)
+    if INPUTS[name].domain in ROWS:
+        whole = whole[..., None]
+    return torch.from_numpy(whole)
+
+
+def _load(shard: dict[str, np.ndarray], crop: Crop, options: Options, random: np.random.Generator) -> dict[str, np.ndarray]:
+    """One crop's arrays, fp32: [C] of the frame, [L, C] of lights, [L, C, P], [C, h, w], [L, C, h, w]."""
+    without_mirror = random.random() < options.mirror_dropout
+    axes, signs, channels, flip = _draw_symmetry(random) if options.augment else _IDENTITY
+    chosen = {domain: _choose_rows(shard, crop, domain, options, random) for domain in ROWS}
+    part = {}
+    for name in (*sorted(options.names | {"light.share"}), *TARGETS):
+        array = shard[f"{crop.seed}/{name}"]
+        domain = INPUTS[name].domain if name in INPUTS else "pixel"
+        if domain in PICTURES:
+            array = array[crop.index, ..., ::flip]
+        elif domain in ROWS:
+            array = np.stack([light[:, rows] for light, rows in zip(array, chosen[domain])])
+        array = array.astype(np.float32)
+        if name in MIRROR and without_mirror:
+            array[:] = 0
+        axis = 0 if domain in ("frame", "pixel") else 1
+        if name in VECTORS:
+            array = array.take(axes, axis) * signs.reshape(-1, *(1,) * (array.ndim - axis - 1))
+        elif array.shape[axis] == 3 and name not in NEITHER:
+            array = array.take(channels, axis)
+        part[name] = np.ascontiguousarray(array)
+    return part
+
+
+_IDENTITY = np.arange(3), np.ones(3, np.float32), np.arange(3), 1
+_ORDERS = [np.array(order) for order in permutations(range(3))]
+_SIGNS = [np.array(signs, np.float32) for signs in product((1, -1), repeat=3)]
+
+
+def _draw_symmetry(random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Light does not care how axes are named, which way they point, how channels are named, or whether a picture is
+    mirrored: order and signs of the world's axes, order of the channels, step through the columns."""
+    axes, channels = (_ORDERS[i] for i in random.integers(0, len(_ORDERS), 2))
+    return axes, _SIGNS[random.integers(0, len(_SIGNS))], channels, int(random.choice((1, -1)))
+
+
+def _choose_rows(
+    shard: dict[str, np.ndarray], crop: Crop, domain: str, options: Options, random: np.random.Generator
+) -> list[np.ndarray]:
+    """For each light, as many of its rows as the options say: one of each stratum. Where it has fewer, rows that
+    do not exist (zeros at the end) fill up."""
+    wanted = {"vpl": options.vpls, "texel": options.texels}[domain]
+    chosen = []
+    for normals in shard[f"{crop.seed}/{domain}.normal"]:
+        count = int((normals != 0).any(0).sum())
+        if count > wanted:
+            chosen.append(((np.arange(wanted) + random.random(wanted)) * (count / wanted)).astype(np.int64))
+        else:
+            chosen.append(np.arange(min(wanted, normals.shape[1])))
+    return chosen
+
+
+def steps(
+    dataset: Dataset, crops: list[Crop], size: int, options: Options, seed: int, numbers: Iterable[int], rank: int = 0
+) -> Iterator[Batch]:
+    """Batches of steps, each following from seed, step and rank alone; the next is made while one is worked on."""
+
+    def make(step: int) -> Batch:
+        random = np.random.default_rng([seed, step, rank])
+        return dataset.batch([crops[i] for i in random.integers(0, len(crops), size)], options, random)
+
+    with ThreadPoolExecutor(1) as worker:
+        pending = None
+        for step in numbers:
+            following = worker.submit(make, step)
+            if pending is not None:
+                yield pending.result()
+            pending = following
+        if pending is not None:
+            yield pending.result()

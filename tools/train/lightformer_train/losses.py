@@ -1,0 +1,91 @@
+"""What training minimizes, and what a picture is judged by.
+
+Eq. 8 of the paper: L1 of log(1 + x) on each component, plus a perceptual term on the shadows. Two changes:
+
+- The shadow's term is on T_d = T_l T_ls, since the bare ratio is 1 nearly everywhere, a minimum that training does not leave.
+- L1 learns the median of noisy targets, which is too dark where paths are rare. A relative squared error with the weight of
+  our own value (Lehtinen et al. 2018, Noise2Noise, 4.1) learns the mean: (a - b)^2 / (stop(a)^2 + eps), added for T_d and T_i.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from .data import Batch
+
+EPSILON = 0.05  # where the mean is about 1: dark pixels count, but do not rule
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Of the terms."""
+
+    unshadowed: float = 1.0
+    direct: float = 2.0
+    indirect: float = 1.0
+    squared: float = 0.5  # of the relative squared errors, beside L1
+    perceptual: float = 0.1
+
+
+def radiance_unit(batches: list[Batch]) -> float:
+    """Mean radiance of these batches in units of frame.radiance: what makes pictures of order one."""
+    total = sum((b.direct + b.indirect).mul(b.weight).sum(dim=(1, 2, 3)).div(_frame(b).flatten()).sum() for b in batches)
+    count = sum(3 * b.weight.sum() for b in batches)
+    return float(total / count) or 1.0
+
+
+def _frame(batch: Batch) -> Tensor:
+    return batch.inputs["frame.radiance"].clamp_min(1e-20)[:, :, None, None]
+
+
+class Loss:
+    """Of the outputs of a network."""
+
+    def __init__(self, weights: Weights, unit: float, perceptual: Callable[[Tensor, Tensor], Tensor]) -> None:
+        self.weights = weights
+        self.unit = unit
+        self.perceptual = perceptual
+
+    def __call__(self, out: dict[str, Tensor], batch: Batch) -> tuple[Tensor, dict[str, float]]:
+        """The loss, and its terms for the report."""
+        scale = 1 / (self.unit * _frame(batch))
+        mask = batch.weight
+        w = self.weights
+        terms = {}
+        targets = {"unshadowed": batch.unshadowed, "direct": batch.direct, "indirect": batch.indirect}
+        for name, target in targets.items():
+            ours, reference = out[name] * scale, target * scale
+            terms[name] = getattr(w, name) * _mean(torch.abs(_log(ours) - _log(reference)), mask)
+            if name != "unshadowed":
+                terms[f"{name} squared"] = w.squared * _mean(relative_squared(ours, reference), mask)
+            if name == "direct":
+                terms["perceptual"] = w.perceptual * self.perceptual(_log(ours) * mask, _log(reference) * mask)
+        total = sum(terms.values())
+        return total, {name: float(term.detach()) for name, term in terms.items()}
+
+
+def relative_squared(ours: Tensor, reference: Tensor) -> Tensor:
+    """Least, over noisy references, at their mean."""
+    return (ours - reference) ** 2 / (ours.detach() ** 2 + EPSILON)
+
+
+def _log(x: Tensor) -> Tensor:
+    return torch.log1p(x.clamp_min(0))
+
+
+def _mean(x: Tensor, mask: Tensor) -> Tensor:
+    return (x * mask).sum() / (mask.sum() * x.shape[1]).clamp_min(1)
+
+
+def differences(ours: Tensor, reference: Tensor) -> Tensor:
+    """Stands in for VGG features where they cost too much: L1 of differences between neighbours, at three scales."""
+    difference = ours - reference
+    total = difference.new_zeros(())
+    for _ in range(3):
+        total = total + (difference[..., 1:] - difference[..., :-1]).abs().mean()
+        total = total + (difference[..., 1:, :] - difference[..., :-1, :]).abs().mean()
+        difference = F.avg_pool2d(difference, 2)
+    return total

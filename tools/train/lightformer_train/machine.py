@@ -1,0 +1,73 @@
+"""What this machine and this process of a training are."""
+
+import os
+from pathlib import Path
+
+import torch
+import torch.distributed as distributed
+from torch import Tensor
+
+
+class Processes:
+    """The processes of one training, as torchrun starts them; one if it did not."""
+
+    def __init__(self) -> None:
+        self.rank = int(os.environ.get("RANK", 0))
+        self.count = int(os.environ.get("WORLD_SIZE", 1))
+        self.here = int(os.environ.get("LOCAL_WORLD_SIZE", 1))
+        self.device = torch.device("cpu")
+        if torch.cuda.is_available():
+            self.device = torch.device("cuda", int(os.environ.get("LOCAL_RANK", 0)))
+        if self.count > 1 and not distributed.is_initialized():
+            distributed.init_process_group("nccl" if self.device.type == "cuda" else "gloo")
+
+    @property
+    def first(self) -> bool:
+        """Whether this is the one that writes and speaks."""
+        return self.rank == 0
+
+    def average(self, tensors: list[Tensor]) -> None:
+        """Over all processes, in place."""
+        if self.count == 1:
+            return
+        flat = torch.cat([x.flatten() for x in tensors])
+        distributed.all_reduce(flat)
+        flat /= self.count
+        for x, part in zip(tensors, flat.split([x.numel() for x in tensors])):
+            x.copy_(part.view_as(x))
+
+    def agree(self, number: int) -> int:
+        """The first process's number."""
+        if self.count == 1:
+            return number
+        shared = torch.tensor([number], device=self.device)
+        distributed.broadcast(shared, 0)
+        return int(shared)
+
+    def finish(self) -> None:
+        """Ends the group."""
+        if distributed.is_available() and distributed.is_initialized():
+            distributed.destroy_process_group()
+
+
+def set_threads(wanted: int, processes: Processes) -> int:
+    """As many as asked for, or as the cores that fall to this process; torch alone may choose one."""
+    threads = wanted or max(1, (os.cpu_count() or 1) // processes.here)
+    torch.set_num_threads(threads)
+    return threads
+
+
+def precision(name: str, device: torch.device) -> torch.dtype:
+    """By name; "auto": bf16 where the hardware multiplies it."""
+    if name != "auto":
+        return {"fp32": torch.float32, "bf16": torch.bfloat16}[name]
+    fast = torch.cuda.is_bf16_supported() if device.type == "cuda" else "avx512_bf16" in _cpu_flags()
+    return torch.bfloat16 if fast else torch.float32
+
+
+def _cpu_flags() -> list[str]:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return []
+    return next((line.split() for line in lines if line.startswith("flags")), [])

@@ -1,0 +1,298 @@
+"""The loop: steps of Adam with cosine decay, a running mean of the weights, checkpoints, judgements, the report.
+
+Everything follows from settings, data and the number of steps: batches are drawn from seed and step, and the learning
+rate of the first steps, which are timed to turn minutes into steps, does not depend on how many there will be. So `--steps`
+with the recorded number repeats a run of `--minutes`, and a resumed run equals one that was not interrupted.
+"""
+
+import io
+import math
+import pickle
+import shlex
+import statistics
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from . import data, losses, machine, network_file, program, quality, vgg, weights
+from .data import Batch, Crop, Dataset
+from .network import Network
+from .report import History, page
+
+WARM_UP = 60  # steps over which the learning rate rises; those after TIMED_FROM are timed
+TIMED_FROM = 20
+MEAN_DECAY = 0.999  # of the running mean of the weights, which is what is judged and written
+GRADIENT_LIMIT = 1.0  # of the norm: one bright path must not throw the weights about
+
+NOTED = 200  # points of a curve of losses
+JUDGED = 10  # times, with so many crops until the last:
+JUDGED_CROPS = 32
+SHOWN_CROPS = 6
+CHECKPOINT_SECONDS = 120.0
+PROGRESS_SECONDS = 10.0
+
+
+class Stopped(RuntimeError):
+    """A training that cannot begin or go on; the message says why."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a training is, beside its data."""
+
+    preset: str
+    without: frozenset[str] = frozenset()
+    steps: int = 0  # 0: as many as fit into `minutes`
+    minutes: float = 40.0
+    batch: int = 4  # crops, of each process
+    rate: float = 2e-3
+    seed: int = 0
+    held_out: int = 64  # crops
+    precision: str = "auto"
+    perceptual: str = "differences"
+    vpls: int = 128
+    texels: int = 512
+    threads: int = 0  # 0: all
+
+    def command(self, folders: list[Path], steps: int) -> str:
+        """What repeats it."""
+        words = ["tools/train/train.py", *(folder.name for folder in folders), "--preset", self.preset]
+        words += ["--without", *sorted(self.without)] if self.without else []
+        words += ["--steps", str(steps)]
+        for name in ("batch", "rate", "seed", "held_out", "precision", "perceptual", "vpls", "texels"):
+            value = getattr(self, name)
+            if value != getattr(Settings, name):
+                words += [f"--{name.replace('_', '-')}", str(value)]
+        return shlex.join(words)
+
+
+class Every:
+    """True once in so many seconds."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds, self.last = seconds, time.monotonic()
+
+    def __call__(self) -> bool:
+        due = time.monotonic() - self.last >= self.seconds
+        if due:
+            self.last = time.monotonic()
+        return due
+
+
+class Trainer:
+    """One process of a training. Files are written beside `output`."""
+
+    def __init__(self, settings: Settings, dataset: Dataset, output: Path, root: Path) -> None:
+        self.processes = machine.Processes()
+        self.device = self.processes.device
+        self.threads = machine.set_threads(settings.threads, self.processes)
+        self.settings, self.dataset, self.output = settings, dataset, output
+        self.learn, self.test = dataset.split(settings.held_out)
+        torch.manual_seed(settings.seed)
+        self.network, self.mean = (self._create() for _ in range(2))
+        self.mean.load_state_dict(self.network.state_dict())
+        self.optimizer = torch.optim.Adam(self.network.parameters(), lr=settings.rate)
+        names = frozenset(self.network.checked.inputs) | {"pixel.mask", "frame.radiance"}
+        self.options = data.Options(settings.vpls, settings.texels, names=names)
+        self.loss = losses.Loss(losses.Weights(), self._radiance_unit(), self._perceptual(root))
+        self.history = History()
+        self.step, self.total = 0, settings.steps
+        self.seconds: list[float] = []  # of the steps of this run
+        self.flops = 0.0  # of a step
+        self.terms: list[dict[str, float]] = []  # since the last point of the curves
+        self.recent = deque(maxlen=100)  # losses and seconds of steps, for the line of progress
+
+    def _create(self) -> Network:
+        precision = machine.precision(self.settings.precision, self.device)
+        return network_file.create(self.settings.preset, self.settings.without, precision).to(self.device)
+
+    def _perceptual(self, root: Path) -> Callable[[torch.Tensor, torch.Tensor], torch.Tensor]:
+        if self.settings.perceptual == "differences":
+            return losses.differences
+        path = vgg.find(root)
+        if path is None:
+            raise Stopped("no weights of VGG-16; tools/setup --eval brings them, or leave --perceptual out")
+        return vgg.Features(path, self.device)
+
+    def _radiance_unit(self) -> float:
+        count = min(len(self.learn), 64)
+        chosen = [self.learn[i * len(self.learn) // count] for i in range(count)]
+        return losses.radiance_unit(self._batches(chosen, replace(self.options, vpls=1, texels=1)))
+
+    def _batches(self, crops: list[Crop], options: data.Options) -> list[Batch]:
+        """Crops as they are."""
+        plain = replace(options, augment=False, mirror_dropout=0)
+        size = self.settings.batch
+        groups = [crops[i : i + size] for i in range(0, len(crops), size)]
+        return [self.dataset.batch(group, plain, np.random.default_rng(0)).to(self.device) for group in groups]
+
+    # ---- learning
+
+    def run(self) -> None:
+        """All steps that are left; then the network, judged, and the report."""
+        save, speak = Every(CHECKPOINT_SECONDS), Every(PROGRESS_SECONDS)
+        for batch in self._steps():
+            begun = time.monotonic()
+            loss = self._learn(batch.to(self.device))
+            self.seconds.append(time.monotonic() - begun)
+            self.recent.append((loss, self.seconds[-1]))
+            self.step += 1
+            self._decide_total()
+            self._note()
+            if self.processes.first and speak():
+                print(self._progress(), flush=True)
+            if self.processes.first and save():
+                self._save_checkpoint()
+        if self.processes.first:
+            self._finish()
+        self.processes.finish()
+
+    def _steps(self) -> Iterator[Batch]:
+        def numbers() -> Iterator[int]:
+            step = self.step
+            while not self.total or step < self.total:
+                yield step
+                step += 1
+
+        settings = self.settings
+        return data.steps(
+            self.dataset, self.learn, settings.batch, self.options, settings.seed, numbers(), self.processes.rank
+        )
+
+    def _learn(self, batch: Batch) -> float:
+        """One step; its loss."""
+        for group in self.optimizer.param_groups:
+            group["lr"] = self._rate()
+        total, terms = self.loss(self.network(batch.inputs, batch.lights), batch)
+        loss = float(total.detach())
+        if not math.isfinite(loss):
+            raise Stopped(f"the loss of step {self.step} is not a number; lower --rate")
+        self.optimizer.zero_grad(set_to_none=True)
+        total.backward()
+        parameters = [p for p in self.network.parameters() if p.grad is not None]
+        self.processes.average([p.grad for p in parameters])
+        torch.nn.utils.clip_grad_norm_(parameters, GRADIENT_LIMIT)
+        self.optimizer.step()
+        self._average_weights()
+        self.terms.append(terms)
+        self.flops = self._count_flops(batch)
+        return loss
+
+    def _rate(self) -> float:
+        rise = min(1.0, (self.step + 1) / WARM_UP)
+        fall = (self.step - WARM_UP) / max(self.total - WARM_UP, 1) if self.step > WARM_UP else 0.0
+        return self.settings.rate * rise * (0.5 + 0.5 * math.cos(math.pi * min(fall, 1.0)))
+
+    @torch.no_grad()
+    def _average_weights(self) -> None:
+        decay = min(MEAN_DECAY, (self.step + 1) / (self.step + 10))
+        for mean, now in zip(self.mean.parameters(), self.network.parameters()):
+            mean.lerp_(now, 1 - decay)
+
+    def _decide_total(self) -> None:
+        """Minutes become steps once the speed is known."""
+        if self.total or self.step < WARM_UP:
+            return
+        typical = statistics.median(self.seconds[TIMED_FROM:])
+        steps = int(self.settings.minutes * 60 / typical)
+        self.total = self.processes.agree(max(steps, WARM_UP + 2))
+
+    def _count_flops(self, batch: Batch) -> float:
+        """Of the products of a step: forward, and backward twice as many."""
+        cost = program.cost(self.network.checked)
+        pixels = batch.weight[0].numel()
+        count = (cost.pixel * batch.lights.frames + cost.view * len(batch.lights.owner)) * pixels
+        return 6 * count
+
+    def _note(self) -> None:
+        """Curves: means since the last point; and judgements in between."""
+        if not self.total:
+            return
+        if self.step % max(1, self.total // NOTED) == 0:
+            means = {name: statistics.fmean(terms[name] for terms in self.terms) for name in self.terms[0]}
+            History.note(self.history.loss, self.step, means)
+            self.terms = []
+        if self.processes.first and self.step < self.total and self.step % max(1, self.total // JUDGED) == 0:
+            found, _ = self._judge(self.test[:JUDGED_CROPS])
+            print(f"step {self.step}: {found}", flush=True)
+
+    def _progress(self) -> str:
+        loss, seconds = (statistics.fmean(values) for values in zip(*self.recent))
+        speed = 1 / seconds
+        text = f"step {self.step}/{self.total or '?'}  loss {loss:.4f}  {speed:.2f} steps/s"
+        text += f"  {self.flops * speed / 1e9:.0f} GFLOP/s"
+        if self.total:
+            text += f"  {(self.total - self.step) / speed / 60:.1f} min left"
+        return text
+
+    def _judge(self, crops: list[Crop]) -> tuple[quality.Quality, list[quality.Pictures]]:
+        found, pictures = quality.judge(self.mean, self._batches(crops, replace(self.options, vpls=500, texels=8192)))
+        History.note(self.history.rse, self.step, found.rse)
+        return found, pictures
+
+    def _finish(self) -> None:
+        found, pictures = self._judge(self.test)
+        print(f"step {self.step}: {found}", flush=True)
+        command = self.settings.command(self.dataset.folders, self.step)
+        description = network_file.Description(
+            self.settings.preset, self.settings.without, command, self.dataset.hash, found.as_json()
+        )
+        network_file.save(self.output, self.mean, description.notes())
+        text = page(self.output.stem, self._facts(command), self.history, found, pictures[:: max(1, len(pictures) // SHOWN_CROPS)])
+        weights.write_atomically(self.output.with_suffix(".html"), text.encode())
+        self._checkpoint.unlink(missing_ok=True)
+
+    def _facts(self, command: str) -> dict[str, str]:
+        checked, cost = self.network.checked, program.cost(self.network.checked)
+        speed = 1 / statistics.fmean(self.seconds) if self.seconds else math.nan
+        return {
+            "command": command,
+            "data": f"{len(self.learn)} crops to learn from, {len(self.test)} held out, hash {self.dataset.hash}",
+            "network": f"{checked.parameters} parameters, {cost.per_pixel(2):.0f} multiply-adds a pixel with 2 lights",
+            "speed": f"{speed:.2f} steps/s, {self.flops * speed / 1e9:.0f} GFLOP/s in matrix products",
+            "machine": f"{self.device}, {self.threads} threads, {self.processes.count} processes, {self.network.precision}",
+        }
+
+    # ---- checkpoints
+
+    @property
+    def _checkpoint(self) -> Path:
+        return self.output.with_suffix(".checkpoint")
+
+    def _identity(self) -> list:
+        return [self.settings.command(self.dataset.folders, 0), self.dataset.hash, self.processes.count]
+
+    def _save_checkpoint(self) -> None:
+        buffer = io.BytesIO()
+        state = {
+            "identity": self._identity(),
+            "network": self.network.state_dict(),
+            "mean": self.mean.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+            "history": [self.history.loss, self.history.rse],
+            "step": self.step,
+            "total": self.total,
+        }
+        torch.save(state, buffer)
+        weights.write_atomically(self._checkpoint, buffer.getvalue())
+
+    def resume(self) -> None:
+        """Goes on where the checkpoint is. Stopped if that is of another training, or none."""
+        try:
+            state = torch.load(self._checkpoint, map_location=self.device)
+            if state["identity"] != self._identity():
+                raise Stopped(f"{self._checkpoint}: of other settings or data; start without --resume")
+            self.network.load_state_dict(state["network"])
+            self.mean.load_state_dict(state["mean"])
+            self.optimizer.load_state_dict(state["optimizer"])
+            self.history = History(*state["history"])
+            self.step, self.total = state["step"], self.settings.steps or state["total"]
+        except (OSError, RuntimeError, KeyError, EOFError, TypeError, pickle.UnpicklingError) as error:
+            if isinstance(error, Stopped):
+                raise
+            raise Stopped(f"{self._checkpoint}: not a checkpoint ({str(error).splitlines()[0]})") from None

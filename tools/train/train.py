@@ -1,0 +1,87 @@
+#!/usr/bin/python3
+"""Trains a network on data sets of `lightformer dataset`.
+
+    tools/train/train.py out/chess -o out/chess.safetensors --minutes 40
+    tools/train/train.py out/chess -o out/small.safetensors --preset paper-small --without attention --steps 5000
+    torchrun --nproc_per_node 4 tools/train/train.py ...
+
+Writes the network, a report beside it (.html) and, while it works, a checkpoint (.checkpoint) that --resume goes on from.
+"""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+# Threads that spin while they wait for each other starve on a machine that does other work as well.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+try:
+    from lightformer_train import families, weights
+    from lightformer_train.data import Dataset
+    from lightformer_train.training import Settings, Stopped, Trainer
+except ModuleNotFoundError as missing:
+    sys.exit(f"train: {missing}; tools/setup --train installs it, for /usr/bin/python3")
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def parse() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("data", nargs="+", type=Path, metavar="DATA", help="folder of a data set")
+    add("-o", "--output", type=Path, required=True, metavar="OUT.safetensors")
+    add("--preset", default="structured-small", choices=families.PRESETS)
+    add("--without", nargs="+", default=[], metavar="PART", help="parts to leave out; program.py PRESET lists them")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--minutes", type=_positive(float), default=Settings.minutes, help="default %(default)s")
+    length.add_argument("--steps", type=_positive(int), default=Settings.steps, help="instead of minutes")
+    add("--resume", action="store_true", help="go on from the checkpoint")
+    add("--batch", type=_positive(int), default=Settings.batch, help="crops of a step (default %(default)s)")
+    add("--rate", type=_positive(float), default=Settings.rate, help="of learning, at first (default %(default)s)")
+    add("--seed", type=int, default=Settings.seed)
+    add("--held-out", type=_positive(int), default=Settings.held_out, help="crops to judge by (default %(default)s)")
+    add("--precision", default=Settings.precision, choices=("auto", "fp32", "bf16"), help="of products")
+    add("--perceptual", default=Settings.perceptual, choices=("differences", "vgg"), help="term of eq. 8")
+    add("--vpls", type=_positive(int), default=Settings.vpls, help="of a light in a step (default %(default)s)")
+    add("--texels", type=_positive(int), default=Settings.texels, help="of a light in a step (default %(default)s)")
+    add("--threads", type=int, default=Settings.threads, help="default: all cores")
+    return parser.parse_args()
+
+
+def _positive(kind: type) -> type:
+    def number(text: str) -> float:
+        value = kind(text)
+        if not 0 < value < 1e9:
+            raise ValueError
+        return value
+
+    number.__name__ = f"positive {kind.__name__}"
+    return number
+
+
+def main() -> int:
+    """The command."""
+    arguments = vars(parse())
+    folders, output, resume = (arguments.pop(name) for name in ("data", "output", "resume"))
+    settings = Settings(**arguments | {"without": frozenset(arguments["without"])})
+    try:
+        families.build(settings.preset, settings.without)
+    except ValueError as error:
+        print(f"train: {error}", file=sys.stderr)
+        return 2
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        trainer = Trainer(settings, Dataset(folders), output, ROOT)
+        if resume:
+            trainer.resume()
+        trainer.run()
+    except (Stopped, weights.FileError, OSError) as error:
+        print(f"train: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
