@@ -32,7 +32,7 @@ struct ng_geometry {
     uint32_t vertex_count, index_count;
     float *positions;  // [vertex_count][3], metres
     float *normals;    // [vertex_count][3], unit
-    float *tangents;   // [vertex_count][4], w = handedness +-1
+    float *tangents;   // [vertex_count][4]; w, +-1: the bitangent is w * cross(normal, tangent)
     float *uvs;        // [vertex_count][2]; zeros if the file had none
     uint16_t *joints;  // [vertex_count][4], or null
     float *weights;    // [vertex_count][4], sum 1; or null

@@ -157,6 +157,7 @@ static float corner_angle(const struct ng_geometry *g, const uint32_t *tri, uint
     return acosf(glm_clamp(glm_vec3_dot(a, b), -1, 1));
 }
 
+// The bitangent points to the top of the texture, against v: green of a normal map is up (glTF 2.0, 3.9.3).
 static void finish_tangent(vec3 n, vec3 u_sum, vec3 v_sum, float out[4])
 {
     vec3 t, b;
@@ -169,7 +170,7 @@ static void finish_tangent(vec3 n, vec3 u_sum, vec3 v_sum, float out[4])
         glm_vec3_ortho(n, t), glm_vec3_normalize(t);
     glm_vec3_cross(n, t, b);
     glm_vec3_copy(t, out);
-    out[3] = glm_vec3_dot(b, v_sum) < 0 ? -1.0f : 1.0f;
+    out[3] = glm_vec3_dot(b, v_sum) > 0 ? -1.0f : 1.0f;
 }
 
 static bool make_tangents(struct ng_geometry *g)

@@ -9,7 +9,8 @@
 // weights and UVs are copied along and vertex_count grows). Missing UVs become zeros. Missing tangents are
 // the mean over a vertex's triangles of the directions in which u and v grow, weighted by the corner's angle
 // and made orthogonal to the normal, as MikkTSpace but without its splitting of vertices: mirrored UVs must
-// not share vertices. Always sets the bounds. A cage's vertex map follows where vertices were split.
+// not share vertices. Their w makes the bitangent point against v, to the texture's top, where green points
+// in a normal map (3.9.3). Always sets the bounds. A cage's vertex map follows where vertices were split.
 NG_NODISCARD ng_result ng_geometry_complete(struct ng_geometry *g);
 
 // Frees the arrays (and the cage) and zeroes the struct.

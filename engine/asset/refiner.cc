@@ -605,6 +605,7 @@ void add_uv_directions(const Job *job, uint32_t triangle, Vec *u_sum, Vec *v_sum
     add(v_sum, e1, -sign * du2);
 }
 
+// The bitangent points against v, as in geometry.c.
 void write_tangent(const Job *job, size_t i, Vec n)
 {
     Vec t = {0, 0, 0}, b = t;
@@ -621,7 +622,7 @@ void write_tangent(const Job *job, size_t i, Vec n)
     out[0] = t.x;
     out[1] = t.y;
     out[2] = t.z;
-    out[3] = dot(cross(n, t), b) < 0 ? -1.0f : 1.0f;
+    out[3] = dot(cross(n, t), b) > 0 ? -1.0f : 1.0f;
 }
 
 // What needs the positions of neighbours: normals along creases, and tangents.

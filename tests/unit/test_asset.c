@@ -57,16 +57,21 @@ static void test_store(void **state)
 
 // ---- geometry --------------------------------------------------------------------------------------------
 
+static void *copy(const void *from, size_t size)
+{
+    void *to = malloc(size);
+    assert_non_null(to);
+    return memcpy(to, from, size);
+}
+
 // Two triangles that share an edge and stand at a right angle.
 static struct ng_geometry make_fold(void)
 {
     static const float positions[] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1};
     static const uint32_t indices[] = {0, 2, 1, 0, 1, 3};
     struct ng_geometry g = {.vertex_count = 4, .index_count = 6};
-    g.positions = malloc(sizeof positions);
-    g.indices = malloc(sizeof indices);
-    memcpy(g.positions, positions, sizeof positions);
-    memcpy(g.indices, indices, sizeof indices);
+    g.positions = copy(positions, sizeof positions);
+    g.indices = copy(indices, sizeof indices);
     return g;
 }
 
@@ -97,6 +102,29 @@ static void test_degenerate_triangle(void **state)
     for (uint32_t i = 0; i < g.vertex_count * 4; i++)
         assert_true(isfinite(g.tangents[i]));
     ng_geometry_finish(&g);
+}
+
+// Green of a normal map is up (glTF 2.0, 3.9.3): on a picture that hangs upright, the bitangent points to its
+// top, although v grows downwards; and also where u runs backwards.
+static void test_tangents(void **state)
+{
+    NG_UNUSED(state);
+    static const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    static const uint32_t indices[] = {0, 1, 2};
+    for (int backwards = 0; backwards < 2; backwards++) {
+        const float left = (float)backwards, right = 1 - left, uvs[] = {left, 1, right, 1, left, 0};
+        struct ng_geometry g = {.vertex_count = 3, .index_count = 3};
+        g.positions = copy(positions, sizeof positions);
+        g.indices = copy(indices, sizeof indices);
+        g.uvs = copy(uvs, sizeof uvs);
+        assert_int_equal(ng_geometry_complete(&g), NG_OK);
+        for (uint32_t i = 0; i < 3; i++) {
+            const float *t = g.tangents + i * 4;
+            assert_float_equal(t[0], right - left, 1e-6);
+            assert_float_equal(t[3] * t[0], 1, 1e-6); // the bitangent's y: n is +Z
+        }
+        ng_geometry_finish(&g);
+    }
 }
 
 // ---- pictures --------------------------------------------------------------------------------------------
@@ -290,6 +318,7 @@ int main(void)
         cmocka_unit_test(test_store),
         cmocka_unit_test(test_flat_normals),
         cmocka_unit_test(test_degenerate_triangle),
+        cmocka_unit_test(test_tangents),
         cmocka_unit_test(test_png),
         cmocka_unit_test(test_mips_in_linear_light),
         cmocka_unit_test(test_mips_of_odd_sizes),

@@ -120,8 +120,8 @@ static void test_meshes(void **state)
     assert_int_equal(g->index_count, 6);
     for (uint32_t i = 0; i < g->vertex_count; i++) {
         assert_float_equal(g->normals[i * 3 + 2], 1, 1e-6);
-        assert_float_equal(g->tangents[i * 4], 1, 1e-5);   // u grows along x
-        assert_float_equal(g->tangents[i * 4 + 3], -1, 0); // v grows downwards
+        assert_float_equal(g->tangents[i * 4], 1, 1e-5);  // u grows along x
+        assert_float_equal(g->tangents[i * 4 + 3], 1, 0); // the bitangent points to the texture's top
         assert_float_equal(g->uvs[i * 2], g->positions[i * 3] > 0, 1e-6);
     }
     assert_float_equal(g->bounds_max[1], 1, 0);
