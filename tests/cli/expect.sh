@@ -1,3 +1,4 @@
+#!/bin/sh
 # What tests of the program share. To be sourced; wants `program`, `json_get` and `out`, counts in `failures`.
 # shellcheck shell=sh disable=SC2154
 failures=0
