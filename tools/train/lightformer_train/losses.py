@@ -7,7 +7,7 @@ Eq. 8 of the paper: L1 of log(1 + x) on each component, plus a perceptual term o
   our own value (Lehtinen et al. 2018, Noise2Noise, 4.1) learns the mean: (a - b)^2 / (stop(a)^2 + eps), added for T_d and T_i.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import torch
@@ -30,11 +30,14 @@ class Weights:
     perceptual: float = 0.1
 
 
-def radiance_unit(batches: list[Batch]) -> float:
+def radiance_unit(batches: Iterable[Batch]) -> float:
     """Mean radiance of these batches in units of frame.radiance: what makes pictures of order one."""
-    total = sum((b.direct + b.indirect).mul(b.weight).sum(dim=(1, 2, 3)).div(_frame(b).flatten()).sum() for b in batches)
-    count = sum(3 * b.weight.sum() for b in batches)
-    return float(total / count) or 1.0
+    total = count = 0.0
+    for batch in batches:
+        radiance = (batch.direct + batch.indirect) * batch.weight / _frame(batch)
+        total += float(radiance.sum())
+        count += 3 * float(batch.weight.sum())
+    return total / max(count, 1) or 1.0
 
 
 def _frame(batch: Batch) -> Tensor:

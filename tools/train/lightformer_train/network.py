@@ -149,6 +149,8 @@ def _last_uses(operations: list[Operation]) -> dict[int, list[str]]:
 def _multiply(x: Tensor, weight: Tensor, bias: Tensor | None) -> Tensor:
     if x.dim() == 2:
         return F.linear(x, weight, bias)
+    if x.shape[2] == 0:  # no row
+        return x.new_zeros(x.shape[0], weight.shape[0], 0, 1)
     if weight.dim() == 2:
         weight = weight[:, :, None, None]
     x = x.contiguous(memory_format=torch.channels_last)

@@ -1,5 +1,6 @@
 """How good a network is on crops that it did not learn from."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import torch
@@ -41,7 +42,7 @@ def relative_squared_error(ours: Tensor, reference: Tensor) -> Tensor:
 
 
 @torch.no_grad()
-def judge(network: Network, batches: list[Batch]) -> tuple[Quality, list[Pictures]]:
+def judge(network: Network, batches: Iterable[Batch]) -> tuple[Quality, list[Pictures]]:
     """Of all crops of some batches."""
     pictures = [picture for batch in batches for picture in _pictures(network, batch)]
     names = list(pictures[0].ours)

@@ -8,7 +8,7 @@ Of each light k (unit power; shares weigh the sums over lights, so that all is l
     transfer     z_i = mean of an MLP over the texels of the RSM; gates of each pixel (half resolution) weigh it: sum s_k g_k z_i,k
 
     indirect     a U-Net in screen space on geometry, the transfer, direct light and the clues, then a decoder at full resolution:
-                 albedo * (factor * bounce + residue) + (F0 + b) * (radiance + gated mirror clue, at three blurs)
+                 albedo * (factor * bounce + residue) + (F0 + b) * (radiance + gated mirror clue)
 
 Nothing is absolute: lengths are in units of the scene and positions relative to light or eye, so moving or scaling the
 scene changes nothing.
@@ -223,7 +223,7 @@ def _indirect(
     if "mirror" not in without:
         surface.append("pixel.mirror")
     decoded = b.mlp("decoder", [features, *surface], [widths.decoder] * 2)
-    raw = b.linear("decoded", [decoded], 13, act="none")
+    raw = b.linear("decoded", [decoded], 11, act="none")
 
     def part(first: int, last: int) -> str:
         return b.apply("slice", raw, **{"from": first, "to": last})
@@ -236,9 +236,9 @@ def _indirect(
         diffuse = b.apply("mul", diffuse, "pixel.diffuse")
     radiance = b.affine(b.apply("softplus", part(6, 9)), UNIT)
     if "mirror" not in without:
-        gates = b.apply("sigmoid", part(9, 12))
-        radiance = b.apply("add", radiance, _gated_mirror(b, mirror, gates))
-    fresnel = b.apply("softplus", b.affine(part(12, 13), 1.0, -4.0))
+        gate = b.apply("sigmoid", b.affine(part(9, 10), 1.0, 2.0))
+        radiance = b.apply("add", radiance, b.apply("mul", mirror, gate))
+    fresnel = b.apply("softplus", b.affine(part(10, 11), 1.0, -4.0))
     glossy = b.apply("mul", b.apply("add", "pixel.specular", fresnel), radiance)
     return b.apply("add", diffuse, glossy)
 
@@ -247,15 +247,3 @@ def _mirrored(b: Builder) -> str:
     """Radiance that the mirror rays meet, in units of frame.radiance."""
     of_lights = b.apply("sum", b.apply("add", "view.mirror", "view.mirror_bounce"), "light.share")
     return b.apply("add", of_lights, "pixel.mirror_emission")
-
-
-def _gated_mirror(b: Builder, mirror: str, gates: str) -> str:
-    """The clue as it is, and as the mean of the rays cast within two coarser pixels, each with a gate."""
-    cast = b.apply("clamp", b.affine("pixel.mirror", 1e6), low=0.0, high=1.0)
-    total = b.apply("mul", mirror, b.apply("slice", gates, **{"from": 0, "to": 1}))
-    for level in (1, 2):
-        share = b.apply("max", b.pool(cast, level), b.affine(b.pool(cast, level), 0.0, 0.05))
-        blurred = b.up(b.apply("div", b.pool(mirror, level), share), level)
-        gate = b.apply("slice", gates, **{"from": level, "to": level + 1})
-        total = b.apply("add", total, b.apply("mul", blurred, gate))
-    return total

@@ -26,6 +26,7 @@ from .report import History, page
 
 WARM_UP = 60  # steps over which the learning rate rises; those after TIMED_FROM are timed
 TIMED_FROM = 20
+STEPPING = 0.95  # of the minutes; the rest goes to judging and checkpoints
 MEAN_DECAY = 0.999  # of the running mean of the weights, which is what is judged and written
 GRADIENT_LIMIT = 1.0  # of the norm: one bright path must not throw the weights about
 
@@ -124,20 +125,21 @@ class Trainer:
         chosen = [self.learn[i * len(self.learn) // count] for i in range(count)]
         return losses.radiance_unit(self._batches(chosen, replace(self.options, vpls=1, texels=1)))
 
-    def _batches(self, crops: list[Crop], options: data.Options) -> list[Batch]:
+    def _batches(self, crops: list[Crop], options: data.Options) -> Iterator[Batch]:
         """Crops as they are."""
         plain = replace(options, augment=False, mirror_dropout=0)
         size = self.settings.batch
-        groups = [crops[i : i + size] for i in range(0, len(crops), size)]
-        return [self.dataset.batch(group, plain, np.random.default_rng(0)).to(self.device) for group in groups]
+        for first in range(0, len(crops), size):
+            group = crops[first : first + size]
+            yield self.dataset.batch(group, plain, np.random.default_rng(first)).to(self.device)
 
     # ---- learning
 
     def run(self) -> None:
         """All steps that are left; then the network, judged, and the report."""
         save, speak = Every(CHECKPOINT_SECONDS), Every(PROGRESS_SECONDS)
+        begun = time.monotonic()
         for batch in self._steps():
-            begun = time.monotonic()
             loss = self._learn(batch.to(self.device))
             self.seconds.append(time.monotonic() - begun)
             self.recent.append((loss, self.seconds[-1]))
@@ -148,6 +150,7 @@ class Trainer:
                 print(self._progress(), flush=True)
             if self.processes.first and save():
                 self._save_checkpoint()
+            begun = time.monotonic()
         if self.processes.first:
             self._finish()
         self.processes.finish()
@@ -199,7 +202,7 @@ class Trainer:
         if self.total or self.step < WARM_UP:
             return
         typical = statistics.median(self.seconds[TIMED_FROM:])
-        steps = int(self.settings.minutes * 60 / typical)
+        steps = int(self.settings.minutes * 60 * STEPPING / typical)
         self.total = self.processes.agree(max(steps, WARM_UP + 2))
 
     def _count_flops(self, batch: Batch) -> float:
