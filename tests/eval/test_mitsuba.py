@@ -40,8 +40,9 @@ class Comparison:
 
     def blocks(self):
         """z of the sums over blocks of pixels: what is wrong by little, but in one place."""
+        height, width, _ = self.ours.shape
         difference, variance = (
-            x.reshape(SIZE // BLOCK, BLOCK, SIZE // BLOCK, BLOCK, 3).sum(axis=(1, 3))
+            x.reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, 3).sum(axis=(1, 3))
             for x in (self.ours - self.theirs, self.deviation**2)
         )
         return difference / np.sqrt(np.maximum(variance, 1e-24))
@@ -71,9 +72,9 @@ def render_theirs(path, time, samples, depth):
     return estimate.render(scene.build(document, refined), document.camera(), (SIZE, SIZE), samples, depth or -1)
 
 
-def compare(*what):
-    ours, our_variance = render_ours(*what)
-    theirs, their_variance = render_theirs(*what)
+def compare(what, columns):
+    """what: scene, time, samples, depth; columns: of the picture, from the left."""
+    ours, our_variance, theirs, their_variance = (x[:, :columns] for x in (*render_ours(*what), *render_theirs(*what)))
     deviation = np.sqrt(our_variance + their_variance + (ROUNDING * theirs) ** 2)
     return Comparison(ours, theirs, deviation)
 
@@ -84,22 +85,23 @@ def write_picture(name, c):
     z_map = np.concatenate([1 + np.minimum(z, 0), 1 - abs(z), 1 - np.maximum(z, 0)], axis=-1)
     row = np.concatenate([*(tonemap.show(x, exposure, False) for x in (c.ours, c.theirs)), z_map], axis=1)
     picture = Image.fromarray((row * 255 + 0.5).astype(np.uint8))
-    picture.resize((SIZE * 9, SIZE * 3), Image.Resampling.NEAREST).save(scratch(f"{name}.png"))
+    picture.resize((picture.width * 3, picture.height * 3), Image.Resampling.NEAREST).save(scratch(f"{name}.png"))
 
 
 class Mitsuba(unittest.TestCase):
-    def check(self, name, time=0.0, samples=256, depth=0):
+    def check(self, scene_name, time=0.0, samples=256, depth=0, columns=SIZE):
         """depth: of the longest path; 0: any."""
-        c = compare(os.path.join(ROOT, "content", f"{name}.glb"), time, samples, depth)
+        c = compare((os.path.join(ROOT, "content", f"{scene_name}.glb"), time, samples, depth), columns)
+        name = self.id().rsplit(".test_", 1)[1]
         z, blocks = c.lit_z(), c.blocks()
         outside = (abs(z) > 3).mean()
         print(
-            f"\n{self.id().rsplit('_', 1)[1]}: mean {100 * c.relative():+.3f} % (deviation {100 * c.relative_deviation():.3f} %); "
+            f"\n{name}: mean {100 * c.relative():+.3f} % (deviation {100 * c.relative_deviation():.3f} %); "
             f"z: mean {z.mean():+.3f}, deviation {z.std():.3f}, beyond 3: {100 * outside:.2f} %, "
             f"largest {abs(z).max():.1f}, of blocks {abs(blocks).max():.1f}",
             flush=True,
         )
-        write_picture(self.id().rsplit(".", 1)[1], c)
+        write_picture(name, c)
         self.assertLess(abs(c.relative()), min(0.01, 5 * c.relative_deviation()))
         self.assertLess(abs(z.mean()), 0.1)
         self.assertLess(z.std(), 1.05)
@@ -145,6 +147,10 @@ class Mitsuba(unittest.TestCase):
     def test_glossy_direct(self):
         """Without what several bounces add to the noise, the BRDF alone decides."""
         self.check("unit/materials", samples=512, depth=2)
+
+    def test_normal_map(self):
+        """The panel on the left: on the ball, Mitsuba ends light at the interpolated normal, not at the triangle's."""
+        self.check("unit/normal_map", columns=SIZE // 2)
 
     def test_sides(self):
         """The camera looks through the back of a one-sided surface; no other ray does."""

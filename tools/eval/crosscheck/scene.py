@@ -73,16 +73,28 @@ def _index(source, name):
 
 
 def _bsdf(document, material):
-    assert material.get("alphaMode", "OPAQUE") == "OPAQUE" and "normalTexture" not in material, "not needed so far"
+    assert material.get("alphaMode", "OPAQUE") == "OPAQUE", "not needed so far"
     pbr = material.get("pbrMetallicRoughness", {})
     color = pbr.get("baseColorFactor", (1, 1, 1, 1))[:3]
     rough = (0, pbr.get("roughnessFactor", 1), pbr.get("metallicFactor", 1))
     texture = _index(pbr, "metallicRoughnessTexture")
-    return {
+    bsdf = {
         "type": "metallic_roughness",
         "base_color": _textured(document, _index(pbr, "baseColorTexture"), color, lambda t: t.linear()),
         "metallic_roughness": _textured(document, texture, rough, lambda t: t.pixels[..., :3]),
         "sides": 2 if material.get("doubleSided") else 1,
+    }
+    return _bent(document, material["normalTexture"], bsdf) if "normalTexture" in material else bsdf
+
+
+def _bent(document, reference, bsdf):
+    assert reference.get("scale", 1) == 1, "not needed so far"
+    return {
+        "type": "normalmap",
+        "normalmap": _textured(document, reference["index"], 1, lambda t: t.pixels[..., :3]),
+        "nested": bsdf,
+        "flip_invalid_normals": False,
+        "use_shadowing_function": False,
     }
 
 
