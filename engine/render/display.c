@@ -181,6 +181,7 @@ static struct ng_graph_ref declare_compose(const struct ng_display *self, struct
 struct side {
     struct ng_graph_ref map, divisor; // zero: there is none
     uint32_t encoding;
+    bool complete; // there is all that the layer is made of
 };
 
 struct tonemap_data {
@@ -216,7 +217,9 @@ static struct side make_side(const struct shown_layer *layer, const struct ng_gb
         [SPECULAR] = gbuffer->specular,
         [NORMAL] = gbuffer->normal,
     };
-    return (struct side){sources[layer->source], sources[layer->divisor], layer->encoding};
+    struct ng_graph_ref map = sources[layer->source], divisor = sources[layer->divisor];
+    bool complete = map.id && (layer->divisor == NONE || divisor.id);
+    return (struct side){map, divisor, layer->encoding, complete};
 }
 
 static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struct ng_composer *composer,
@@ -293,8 +296,8 @@ ng_result ng_display_declare(struct ng_display *self, struct ng_composer *compos
             beauty = declare_compose(self, composer, radiance, "compose:other", "beauty:other");
         right = make_side(layer, gbuffer, radiance, beauty);
     }
-    out->shows[0] = left.map.id != 0;
-    out->shows[1] = right.map.id != 0;
+    out->shows[0] = left.complete;
+    out->shows[1] = right.complete;
     out->color = declare_tone_map(self, composer, shown, &left, &right);
     return NG_OK;
 }

@@ -52,6 +52,8 @@ static const struct method methods[] = {
      .describe = describe_reference},
 };
 
+_Static_assert(NG_COUNT(methods) <= METHOD_MAX, "callers keep a state for each");
+
 const struct method *method_of(unsigned use, uint32_t index)
 {
     for (size_t i = 0; i < NG_COUNT(methods); i++)

@@ -30,7 +30,7 @@ struct method {
     void (*describe)(const void *state, char *out, size_t size);
 };
 
-#define METHOD_MAX 8
+#define METHOD_MAX 8 // rows of the table at most
 
 // The methods of one use, in order; null past the end.
 const struct method *method_of(unsigned use, uint32_t index);
