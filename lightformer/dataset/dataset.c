@@ -64,7 +64,9 @@ static void make_settings(const struct lf_dataset_params *p, struct lf_settings 
         const char *key;
         uint32_t value;
     } numbers[] = {
-        {"size", p->size}, {"crop", p->crop}, {"crops", p->crops}, {"spp", p->spp}, {"vpls", p->vpls}};
+        {"size", p->size}, {"crop", p->crop},   {"crops", p->crops},
+        {"spp", p->spp},   {"depth", p->depth}, {"vpls", p->vpls},
+    };
     struct lf_setting *note = s->items;
     char word[32];
     put_word(note++, "format", "1");
@@ -109,6 +111,7 @@ static ng_result make_sample(struct run *run, uint64_t seed, struct lf_tensors *
                                             .crop = run->p.crop,
                                             .crops = run->p.crops,
                                             .spp = run->p.spp,
+                                            .depth = run->p.depth,
                                             .jobs = run->p.jobs};
     double *spent = run->report->spent;
     struct lf_sample sample;

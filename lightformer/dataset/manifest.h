@@ -12,14 +12,14 @@
 
 #include <stdbool.h>
 
-#define LF_SETTING_COUNT 11
+#define LF_SETTING_COUNT 12
 
 struct lf_setting {
     char key[32], value[96];
 };
 
-// The settings as words, in this order: format, program, scene, scene_hash, size, crop, crops, spp, vpls,
-// camera, time.
+// The settings as words, in this order: format, program, scene, scene_hash, size, crop, crops, spp, depth,
+// vpls, camera, time.
 struct lf_settings {
     struct lf_setting items[LF_SETTING_COUNT];
 };

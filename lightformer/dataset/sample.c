@@ -325,6 +325,7 @@ static ng_result trace_crop(const struct job *job, uint32_t crop, float *unshado
         .width = p->size,
         .height = p->size,
         .region = {job->crops[crop].x, job->crops[crop].y, p->crop, p->crop},
+        .depth = p->depth,
         .seed = job->sample->seed,
         .jobs = p->jobs,
     };

@@ -15,6 +15,7 @@ struct lf_sample_params {
     uint32_t size;        // of the frame, pixels a side
     uint32_t crop, crops; // of a crop, pixels a side; how many
     uint32_t spp;         // samples a pixel of the targets
+    uint32_t depth;       // as in struct lf_reference_params
     struct ng_jobs *jobs; // borrowed; null: this thread
 };
 

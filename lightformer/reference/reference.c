@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define TILE         16
+#define TILE         8 // small, so that at the end of a pass no thread waits long for the others
 #define PASS_SECONDS 1.0
 #define MAX_SIDE     16384
 
@@ -310,9 +310,13 @@ static double seconds_since(uint64_t ns)
     return (double)(ng_clock_ns() - ns) * 1e-9;
 }
 
-// As many samples as take about a second, by what the run has seen so far.
-static uint32_t choose_pass(const struct lf_reference *r, const struct clock *clock, uint32_t left)
+// As many samples as take about a second, by what the run has seen so far; all, if nobody looks in between.
+static uint32_t choose_pass(const struct lf_reference *r, const struct lf_reference_run_params *p,
+                            const struct clock *clock)
 {
+    uint32_t left = p->samples - r->samples;
+    if (!p->progress && !p->checkpoint && !(p->time_limit > 0))
+        return left;
     uint32_t done = r->samples - clock->first;
     if (!done)
         return 1;
@@ -356,7 +360,7 @@ ng_result lf_reference_run(struct lf_reference *r, const struct lf_reference_run
     struct clock clock = {.begin_ns = now, .saved_ns = now, .first = r->samples};
     bool more = r->samples < p->samples;
     while (more) {
-        NG_TRY(run_pass(r, choose_pass(r, &clock, p->samples - r->samples)));
+        NG_TRY(run_pass(r, choose_pass(r, p, &clock)));
         more = report(r, p, &clock) && r->samples < p->samples &&
                !(p->time_limit > 0 && seconds_since(clock.begin_ns) >= p->time_limit);
         NG_TRY(save_when_due(r, p, &clock, !more));

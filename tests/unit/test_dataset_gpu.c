@@ -525,6 +525,9 @@ static void what_makes_no_sense_is_refused(void **state)
     make(&p);
     p.spp = 3;
     refused(&p, NG_ERROR_FORMAT, "spp is \"2\" there");
+    p = small(directory);
+    p.depth = 3;
+    refused(&p, NG_ERROR_FORMAT, "depth is \"0\" there");
     test_log_begin(&log);
     assert_int_equal(lf_dataset_check("/nowhere", &contents), NG_ERROR_NOT_FOUND);
     test_log_end(&log);

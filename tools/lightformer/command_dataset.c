@@ -11,7 +11,7 @@
 
 struct dataset {
     const char *scene, *output, *check, *sheet, *camera, *device;
-    uint32_t count, seed, size, crop, crops, spp, shard, vpls, threads;
+    uint32_t count, seed, size, crop, crops, spp, depth, shard, vpls, threads;
     double time;
 };
 
@@ -38,6 +38,8 @@ static const struct cli_option options[] = {
     NUMBER("--crop", crop, "128", "pixels a side of a crop; 0: whole frames"),
     NUMBER("--crops", crops, "4", "crops of a frame"),
     NUMBER("--spp", spp, "64", "paths a pixel of the targets"),
+    NUMBER("--depth", depth, "0",
+           "segments of these paths, the camera's included: 2 gives direct light; 0: no limit"),
     NUMBER("--shard", shard, "64", "crops a file"),
     NUMBER("--vpls", vpls, "500", "direct VPLs of a light"),
     {.name = "--time",
@@ -121,6 +123,7 @@ static ng_result make(const struct dataset *d, struct ng_stage *stage)
                                        .crop = d->crop,
                                        .crops = d->crops,
                                        .spp = d->spp,
+                                       .depth = d->depth,
                                        .shard = d->shard,
                                        .vpls = d->vpls,
                                        .progress = show_progress,
