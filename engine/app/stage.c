@@ -137,6 +137,11 @@ ng_result ng_stage_seek(struct ng_stage *stage, double time, const char *camera)
     return move_to(stage, time, camera, true);
 }
 
+ng_result ng_stage_advance(struct ng_stage *stage, double time, const char *camera)
+{
+    return move_to(stage, time, camera, false);
+}
+
 // One frame of the device. What was begun is ended, whatever fails in between.
 static ng_result submit(struct ng_stage *stage, struct ng_render_params *params)
 {

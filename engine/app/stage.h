@@ -62,6 +62,8 @@ struct ng_stage_frame {
 
 // Moves the scene to a time without drawing: what the next frame's motion is measured from.
 NG_NODISCARD ng_result ng_stage_seek(struct ng_stage *stage, double time, const char *camera);
+// The same with motion since the frame or seek before: for methods that draw without a device.
+NG_NODISCARD ng_result ng_stage_advance(struct ng_stage *stage, double time, const char *camera);
 // Moves the scene to the frame's time, draws it and shows it in the window. Nothing is drawn for a minimised
 // window.
 NG_NODISCARD ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *frame);

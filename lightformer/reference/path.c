@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-#define FIRST_ROULETTE 3     // bounces that are always taken
+#define FIRST_ROULETTE 2     // the bounce after which it is first played: the third
 #define MOST_SURVIVAL  0.95f // so that paths end in a white room, too
 
 // A surface on the way, with what multiple importance sampling has to remember of it.
@@ -244,19 +244,16 @@ static void see_unshadowed(const struct lf_path_scene *scene, const struct verte
 void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, struct lf_primary *out)
 {
     const struct ng_snapshot *snapshot = scene->lights->snapshot;
-    struct lf_hit hit;
-    *out = (struct lf_primary){.ray = *ray, .instance = NG_NONE};
+    *out = (struct lf_primary){.ray = *ray};
     scene->stats->path_rays++;
-    out->met = lf_trace_closest(scene->tracer, ray, LF_RAY_CAMERA, &hit);
+    out->met = lf_trace_closest(scene->tracer, ray, LF_RAY_CAMERA, &out->hit);
     uint32_t light = snapshot->environment;
     struct ng_light_hit seen = {.distance = INFINITY};
     memcpy(seen.direction, ray->direction, sizeof seen.direction);
     if (out->met) {
-        lf_surface_at(scene->tracer, &hit, &out->surface);
-        out->distance = hit.distance;
-        out->instance = hit.instance;
+        lf_surface_at(scene->tracer, &out->hit, &out->surface);
         light = out->surface.light;
-        seen = light_hit(ray->origin, ray->direction, &hit);
+        seen = light_hit(ray->origin, ray->direction, &out->hit);
         memcpy(out->emission, out->surface.emission, sizeof out->emission);
     }
     if (light != NG_NONE)
@@ -270,7 +267,7 @@ static bool play_roulette(struct lf_sampler *sampler, uint32_t bounce, float thr
         return false;
     if (bounce < FIRST_ROULETTE)
         return true;
-    float survival = lf_min(lf_max3(throughput), MOST_SURVIVAL);
+    float survival = lf_min(sqrtf(lf_max3(throughput)), MOST_SURVIVAL); // README.md: why the root
     lf_scale(throughput, 1 / survival, throughput);
     return lf_sampler_1d(sampler) < survival;
 }

@@ -40,8 +40,7 @@ struct lf_radiance {
 struct lf_primary {
     struct lf_ray ray;
     bool met;
-    float distance;
-    uint32_t instance;
+    struct lf_hit hit;
     struct lf_surface surface;
     float emission[3]; // of the surface, or of the environment where nothing is met
 };

@@ -82,7 +82,7 @@ struct lf_reference_stats {
 struct lf_reference_stats lf_reference_stats_of(const struct lf_reference *reference);
 
 // ---- Layers ----------------------------------------------------------------------------------------------
-// Those of engine/README.md, "Layers of a picture", without motion; and "variance" (of the mean, of beauty,
+// Those of engine/README.md, "Layers of a picture"; and "variance" (of the mean, of beauty,
 // by channel) and "samples".
 struct lf_layer_info {
     const char *name;

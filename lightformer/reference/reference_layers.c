@@ -21,6 +21,7 @@ enum layer {
     LAYER_POSITION,
     LAYER_NORMAL,
     LAYER_ROUGHNESS,
+    LAYER_MOTION,
     LAYER_DEPTH,
     LAYER_ENTITY,
     LAYER_COUNT,
@@ -44,6 +45,7 @@ static const struct lf_layer_info infos[LAYER_COUNT] = {
     [LAYER_POSITION] = {"position", {"X", "Y", "Z"}, false, "world position, m; 0 where there is no surface"},
     [LAYER_NORMAL] = {"normal", {"X", "Y", "Z"}, false, "shading normal, world"},
     [LAYER_ROUGHNESS] = {"roughness", {"Y"}, false, "perceptual roughness; alpha is its square"},
+    [LAYER_MOTION] = {"motion", {"X", "Y"}, false, "pixels, now - before, x right, y down"},
     [LAYER_DEPTH] = {"depth", {"Z"}, false, "distance along the view axis, m; 0 where there is no surface"},
     [LAYER_ENTITY] = {"entity", {"id"}, true, "index half of the entity's id; 0 where there is none"},
 };
@@ -92,6 +94,26 @@ static void find_light(const struct lf_sums *s, uint32_t samples, enum layer lay
     }
 }
 
+// From the pixel in which the camera of the frame before saw the point, to the middle of this one, where the
+// ray goes through.
+static void find_motion(const struct lf_reference *r, const struct lf_primary *p, float out[2])
+{
+    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
+    const float *view = camera->previous_view, *now = p->ray.direction;
+    float before[3], eye[3], ahead = lf_dot(now, r->camera.forward);
+    lf_surface_previous(r->tracer, &p->hit, before);
+    for (int i = 0; i < 3; i++)
+        eye[i] = view[i] * before[0] + view[4 + i] * before[1] + view[8 + i] * before[2] + view[12 + i];
+    // Both on the plane at distance 1, where the picture is 2 x 2 lengths of right and down.
+    float width = (float)r->params.width, height = (float)r->params.height;
+    float right = sqrtf(lf_dot(r->camera.right, r->camera.right));
+    float down = sqrtf(lf_dot(r->camera.down, r->camera.down));
+    float x = lf_dot(now, r->camera.right) / (right * ahead),
+          y = lf_dot(now, r->camera.down) / (down * ahead);
+    out[0] = (x + eye[0] / eye[2]) / right * width * 0.5f;
+    out[1] = (y - eye[1] / eye[2]) / down * height * 0.5f;
+}
+
 static void find_surface(const struct lf_reference *r, const struct lf_primary *p, enum layer layer,
                          float out[3])
 {
@@ -105,15 +127,17 @@ static void find_surface(const struct lf_reference *r, const struct lf_primary *
                                                    : s->normal;
     if (layer == LAYER_ROUGHNESS)
         out[0] = s->roughness;
+    else if (layer == LAYER_MOTION)
+        find_motion(r, p, out);
     else if (layer == LAYER_DEPTH)
-        out[0] = p->distance * lf_dot(p->ray.direction, r->camera.forward);
+        out[0] = p->hit.distance * lf_dot(p->ray.direction, r->camera.forward);
     else
         memcpy(out, value, 3 * sizeof(float));
 }
 
 static uint32_t entity_of(const struct lf_reference *r, const struct lf_primary *p)
 {
-    return p->met ? ng_entity_index(lf_tracer_snapshot(r->tracer)->instances[p->instance].entity) : 0;
+    return p->met ? ng_entity_index(lf_tracer_snapshot(r->tracer)->instances[p->hit.instance].entity) : 0;
 }
 
 static void fill(const struct lf_reference *r, enum layer layer, struct lf_layer *out)

@@ -5,6 +5,7 @@
 #include "lightformer/trace/vec.h"
 #include "shaders/shared/brdf.h"
 
+#include <cglm/cglm.h>
 #include <string.h>
 
 static const struct ng_image *image_of(const struct ng_snapshot *s, uint32_t index)
@@ -147,6 +148,33 @@ static void turn_over(struct lf_surface *s)
         s->flat_normal[i] = -s->flat_normal[i];
         s->normal[i] = -s->normal[i];
     }
+}
+
+// A point of an exact shape in the shape's own space. The shape is not flat: its light would be dark.
+static void find_own_position(const struct ng_snapshot_instance *in, const float position[3], float out[3])
+{
+    mat4 to_world, to_own;
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 4; column++)
+            to_world[column][row] = in->matrix[row * 4 + column];
+    to_world[0][3] = to_world[1][3] = to_world[2][3] = 0;
+    to_world[3][3] = 1;
+    glm_mat4_inv(to_world, to_own);
+    glm_mat4_mulv3(to_own, (float *)position, 1, out);
+}
+
+void lf_surface_previous(const struct lf_tracer *tracer, const struct lf_hit *hit, float out[3])
+{
+    const struct ng_snapshot_instance *in = &lf_tracer_snapshot(tracer)->instances[hit->instance];
+    const struct lf_instance *seen = lf_tracer_instance(tracer, hit->instance);
+    const struct ng_snapshot_mesh *mesh = seen->mesh;
+    float own[3];
+    if (seen->shape == LF_SHAPE_TRIANGLES)
+        interpolate(mesh, mesh->previous_positions ? mesh->previous_positions : mesh->positions, 3,
+                    hit->triangle, hit->barycentric, own);
+    else
+        find_own_position(in, hit->position, own);
+    lf_transform_point(in->previous_matrix, own, out);
 }
 
 void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit)

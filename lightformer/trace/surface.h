@@ -18,6 +18,8 @@ struct lf_surface {
 };
 
 void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out);
+// Where the point of a hit was in the frame before, world (snapshot.h: previous matrices and positions).
+void lf_surface_previous(const struct lf_tracer *tracer, const struct lf_hit *hit, float out[3]);
 // Asks memory for what lf_surface_at will read, for callers with something to do in between.
 void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit);
 // Whether it is met from the back and has none: black.

@@ -99,8 +99,53 @@ static void test_layers_equal_the_rasterizers(void **state)
     }
 }
 
+// Pixels that a thing crosses between two frames, as both methods see it.
+static void check_motion(const char *name, bool moves)
+{
+    enum { SIDE = 96 };
+    static const char *const layers[] = {"entity", "motion"};
+    char path[128];
+    struct ng_stage *stage;
+    struct ng_layer drawn, ids;
+    struct lf_tracer *tracer;
+    struct lf_reference *reference;
+    snprintf(path, sizeof path, "content/unit/%s.glb", name);
+    OK(ng_stage_create(&(struct ng_stage_params){.scene = path, .threads = 2}, &stage));
+    struct ng_stage_frame frame = {
+        .width = SIDE, .height = SIDE, .layers = layers, .layer_count = NG_COUNT(layers), .time = 0.4};
+    OK(ng_stage_draw(stage, &frame));
+    frame.time += 1 / 30.0;
+    OK(ng_stage_draw(stage, &frame));
+    OK(lf_tracer_create(&tracer));
+    OK(lf_tracer_update(tracer, stage->snapshot));
+    OK(lf_reference_create(&(struct lf_reference_params){.width = SIDE, .height = SIDE}, &reference));
+    OK(lf_reference_begin(reference, tracer));
+    OK(ng_renderer_layer(stage->renderer, "motion", &drawn));
+    OK(ng_renderer_layer(stage->renderer, "entity", &ids));
+    float *traced = scene_layer(reference, "motion"), most = 0;
+    for (int i = 0; i < SIDE * SIDE; i++)
+        for (int c = 0; is_inside(ids.ids, SIDE, i % SIDE, i / SIDE) && ids.ids[i] && c < 2; c++) {
+            NEAR(traced[i * 2 + c], drawn.pixels[i * 2 + c], 0.02f);
+            most = fmaxf(most, fabsf(traced[i * 2 + c]));
+        }
+    assert_int_equal(most > 0.1f, moves);
+    free(traced);
+    lf_reference_destroy(&reference);
+    lf_tracer_destroy(&tracer);
+    ng_stage_destroy(&stage);
+}
+
+static void test_motion_equals_the_rasterizers(void **state)
+{
+    (void)state;
+    check_motion("character", true);
+    check_motion("hierarchy", true);
+    check_motion("light_sphere", false);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_layers_equal_the_rasterizers)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_layers_equal_the_rasterizers),
+                                       cmocka_unit_test(test_motion_equals_the_rasterizers)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

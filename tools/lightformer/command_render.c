@@ -265,7 +265,7 @@ static void choose_layers(struct job *job)
 static ng_result draw(struct job *job, double time)
 {
     if (job->reference) {
-        NG_TRY(ng_stage_seek(job->stage, time, job->render->camera));
+        NG_TRY(ng_stage_advance(job->stage, time, job->render->camera));
         return render_reference_draw(job->reference, job->stage->snapshot, &job->samples);
     }
     struct ng_stage_frame frame = {
