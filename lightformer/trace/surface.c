@@ -8,6 +8,10 @@
 #include <cglm/cglm.h>
 #include <string.h>
 
+// Cosine below which a triangle says nothing about its surface: needles whose vertices almost lie in line. As in
+// engine/shaders/gbuffer.frag.glsl.
+#define SLIVER 0.1f
+
 static const struct ng_image *image_of(const struct ng_snapshot *s, uint32_t index)
 {
     return index == NG_NONE ? NULL : s->images[index].image;
@@ -204,6 +208,8 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
     if (in->textured)
         find_textured_look(tracer, in->material, out->uv, &textured);
     set_look(in->textured ? &textured : &in->plain, out);
+    if (!(lf_dot(out->flat_normal, out->normal) > SLIVER))
+        memcpy(out->flat_normal, out->normal, sizeof out->normal);
     if (!hit->front)
         turn_over(out);
     if (in->light != NG_NONE || lf_surface_is_black(out))
