@@ -108,9 +108,10 @@ struct ng_local_direction {
     float x, y, z;
 };
 
-// A half vector visible from v (v.z > 0), from u in [0, 1)^2: spherical caps (Dupuy and Benyoub 2023).
+// A half vector visible from v (v.z > 0), from u in [0, 1)^2: spherical caps (Dupuy and Benyoub 2023). Cosine
+// and sine are those of 2 pi u1: who uses the same numbers at many surfaces computes them once.
 NG_SHADER_FN NG_STRUCT(ng_local_direction)
-    ng_brdf_sample_half(NG_STRUCT(ng_local_direction) v, float roughness, float u1, float u2)
+    ng_brdf_half(NG_STRUCT(ng_local_direction) v, float roughness, float cosine, float sine, float u2)
 {
     float alpha = ng_brdf_alpha(roughness);
     // Stretch v to the configuration of roughness 1, sample the cap of directions it can reflect to,
@@ -120,18 +121,23 @@ NG_SHADER_FN NG_STRUCT(ng_local_direction)
     wx *= inverse;
     wy *= inverse;
     float wz = v.z * inverse;
-    float phi = 2.0f * NG_SHADER_PI * u1;
     float z = (1.0f - u2) * (1.0f + wz) - wz;
     float s = ng_sqrt(ng_clamp(1.0f - z * z, 0.0f, 1.0f));
     NG_STRUCT(ng_local_direction) h;
-    h.x = (s * ng_cos(phi) + wx) * alpha;
-    h.y = (s * ng_sin(phi) + wy) * alpha;
+    h.x = (s * cosine + wx) * alpha;
+    h.y = (s * sine + wy) * alpha;
     h.z = ng_max(z + wz, 0.0f);
     inverse = 1.0f / ng_sqrt(ng_max(h.x * h.x + h.y * h.y + h.z * h.z, 1e-30f));
     h.x *= inverse;
     h.y *= inverse;
     h.z *= inverse;
     return h;
+}
+NG_SHADER_FN NG_STRUCT(ng_local_direction)
+    ng_brdf_sample_half(NG_STRUCT(ng_local_direction) v, float roughness, float u1, float u2)
+{
+    float phi = 2.0f * NG_SHADER_PI * u1;
+    return ng_brdf_half(v, roughness, ng_cos(phi), ng_sin(phi), u2);
 }
 
 // The reflection of v about h; may be below the surface (z <= 0): such a sample is worth zero.

@@ -1,0 +1,194 @@
+// What the files of this folder share: the objects behind encode.h, and a function for each part of them.
+#ifndef LF_ENCODE_CLUES_INTERNAL_H
+#define LF_ENCODE_CLUES_INTERNAL_H
+
+#include "base/array.h"
+#include "base/jobs.h"
+#include "base/log.h"
+#include "lightformer/encode/encode.h"
+#include "lightformer/encode/kernels.h"
+#include "lightformer/trace/surface.h"
+#include "lightformer/trace/tracer.h"
+#include "render/frame.h"
+
+#include <math.h>
+
+struct lf_floats {
+    NG_ARRAY(float) list;
+};
+
+// Lengths are in radii of the scene's sphere, relative to its centre, wherever it is not said otherwise.
+struct lf_space {
+    float center[3], radius; // metres; a scene without extent has radius 1
+};
+
+#define LF_BOUNCE_STEP 4    // pixels from one to the next at which the light of RSM texels is summed
+#define LF_SMOOTH      0.5f // roughness below which mirror rays are cast and the BRDF chooses directions
+
+// A pixel's four neighbours on the grid of every LF_BOUNCE_STEP-th pixel: weights that sum to 1, or all 0
+// where none of them is on the same surface.
+struct lf_grid_taps {
+    float weight[4];
+};
+
+// A mirror ray and the surface that it met.
+struct lf_mirror_hit {
+    uint32_t pixel; // where the ray began
+    bool met;
+    float distance; // along the ray
+    float position[3], normal[3], flat[3], view[3];
+    float albedo[3], f0[3], roughness;
+    float emission[3]; // W/(sr m2), not of lights
+};
+
+// Hits that share what they saw with one hit: itself and its neighbours on the lattice. Weights sum to 1.
+struct lf_mirror_blur {
+    uint32_t hit[9];
+    float weight[9];
+};
+
+// Hits that a pixel takes its reflection from. Weights sum to 1, or are all 0.
+struct lf_mirror_taps {
+    uint32_t pixel, hit[4];
+    float weight[4];
+};
+
+#define LF_MIRROR_PASSES 3 // of blur, each twice as wide as the one before
+
+// Rays start at every `spacing`-th pixel each way, where it is smooth: a lattice.
+struct lf_mirror {
+    uint32_t spacing, width, height;       // of the lattice
+    NG_ARRAY(uint32_t) hit_at;             // by place on the lattice: index of its hit + 1; 0: none
+    NG_ARRAY(struct lf_mirror_hit) hits;   // in the order of pixels
+    NG_ARRAY(struct lf_mirror_blur) blurs; // [LF_MIRROR_PASSES][hits]
+    NG_ARRAY(struct lf_mirror_taps) taps;  // of all smooth pixels
+    struct lf_floats seen[2];              // [hits][channels], before and after a pass
+};
+
+struct lf_pixel_clues {
+    uint32_t width, height;
+    struct lf_space space;
+    float eye[3];               // metres
+    float radiance, mean_power; // frame.*
+    struct lf_floats memory;    // of the planes
+    // Planes [width * height], by axis or channel.
+    float *mask, *position[3], *normal[3], *flat[3], *view[3], *distance;
+    float *diffuse[3], *specular[3], *roughness;
+    float *mirror, *mirror_albedo[3], *mirror_emission[3], *emission[3]; // emission: not yet scaled
+    bool emits;                                                          // some mirror ray met emission
+    uint32_t grid_width, grid_height;                                    // of every LF_BOUNCE_STEP-th pixel
+    NG_ARRAY(struct lf_grid_taps) grid_taps;                             // of each pixel
+    NG_ARRAY(uint32_t) alone; // pixels that no neighbour on the grid speaks for
+    struct lf_mirror reflections;
+    struct lf_net_values values;
+    double ms[LF_ENCODE_STAGES];
+};
+
+// A texel of the RSM.
+struct lf_texel {
+    float position[3], normal[3];
+    float flux[3]; // share of the light's power; 0: nothing is reflected, and the texel is no row
+    float area;    // of the surface behind it, in squared radii
+};
+
+// Directions in which a light sends the same share: intensity toward d is the sum of weight * max(n.d, 0).
+struct lf_intensity_lobe {
+    float normal[3], weight[3];
+};
+
+struct lf_light_clues {
+    uint32_t light;
+    struct ng_light_source unit; // ng_light_unit of the snapshot's
+    float phi;                   // power of `unit`, W
+    struct lf_space space;
+    struct ng_light_data data;                           // proxy, axes, kind; metres
+    struct ng_light_view_data views[NG_LIGHT_MAX_VIEWS]; // of the RSM
+    uint32_t view_count;
+    const struct lf_light_observation *maps;
+    struct lf_light_shape shape;
+    bool lobes_by_hand; // smooth surfaces need directions of the BRDF that the kernels do not choose
+    NG_ARRAY(struct ng_light_sample) vpls;
+    NG_ARRAY(struct lf_intensity_lobe) intensity;
+    NG_ARRAY(struct lf_texel) texels; // all of the views
+    NG_ARRAY(struct lf_bounce_source) sources;
+    uint32_t vpl_count, texel_count;
+    float share, power[3], color[3], kind[3];
+    struct lf_floats rows; // vpl and texel inputs
+    struct lf_floats view; // view inputs
+    struct lf_floats grid; // sums of RSM texels at the grid
+    struct lf_floats
+        reflected[2]; // [hits][6]: direct light and bounce * albedo where mirror rays end; scratch
+    struct lf_net_values values;
+    double ms[LF_ENCODE_STAGES];
+};
+
+static inline bool lf_encode_wants(const struct lf_encode_scene *scene, enum lf_net_input input)
+{
+    return !scene->reads || (scene->reads >> input & 1);
+}
+
+static inline struct lf_space lf_space_of(const struct ng_snapshot *s)
+{
+    bool sized = s->scene_radius > 0 && isfinite(s->scene_radius);
+    struct lf_space space = {.radius = sized ? s->scene_radius : 1};
+    for (int c = 0; c < 3; c++)
+        space.center[c] = s->scene_center[c];
+    return space;
+}
+
+static inline void lf_to_scene(const struct lf_space *s, const float world[3], float out[3])
+{
+    for (int c = 0; c < 3; c++)
+        out[c] = (world[c] - s->center[c]) / s->radius;
+}
+
+static inline void lf_to_world(const struct lf_space *s, const float scaled[3], float out[3])
+{
+    for (int c = 0; c < 3; c++)
+        out[c] = scaled[c] * s->radius + s->center[c];
+}
+
+// What is not a finite number becomes 0.
+static inline float lf_finite(float x)
+{
+    return x - x == 0 ? x : 0;
+}
+
+// Milliseconds since `*begin`, which becomes now.
+double lf_encode_lap(uint64_t *begin);
+
+// pixels.c: planes of the G-buffer, and what connects pixels to the grid.
+NG_NODISCARD ng_result lf_pixels_read(const struct lf_encode_scene *scene,
+                                      const struct lf_encode_pixels_params *params,
+                                      struct lf_pixel_clues *out);
+void lf_points_set_pixel(const struct lf_pixel_clues *pixels, size_t pixel, int lane, struct lf_points *out);
+
+// mirror.c
+NG_NODISCARD ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget,
+                                      struct lf_pixel_clues *out);
+NG_NODISCARD ng_result lf_mirror_light(const struct lf_encode_scene *scene,
+                                       const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
+                                       float *const direct[3], float *const bounce[3]);
+
+// shape.c: the light as the kernels take it.
+void lf_shape_make(struct lf_light_clues *light);
+
+// texels.c: the RSM, by rays or from the maps, and what stands for it in the second bounce.
+NG_NODISCARD ng_result lf_texels_find(const struct lf_encode_scene *scene, struct lf_light_clues *light);
+
+// occluder.c. `out`: direction (3 planes), distance, occluder; null: not wanted.
+void lf_occluders_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                       const struct lf_light_clues *light, float *const out[5]);
+
+// direct.c: unshadowed direct light at pixels, and at points with a light's help beyond the kernels.
+void lf_direct_at(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+                  const struct lf_points *points, uint32_t count, bool smooth, struct lf_lit *out);
+void lf_direct_view(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                    const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3]);
+
+// bounce.c: light of RSM texels on the grid, then everywhere.
+NG_NODISCARD ng_result lf_bounce_view(const struct lf_encode_scene *scene,
+                                      const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
+                                      float *const out[3]);
+
+#endif

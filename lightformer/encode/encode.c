@@ -1,0 +1,313 @@
+// The objects behind encode.h: where values lie and in which order they are computed.
+#include "lightformer/encode/clues_internal.h"
+
+#include "base/system.h"
+#include "lightformer/trace/vec.h"
+#include "render/light_gpu.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+const char *const lf_encode_stage_names[LF_ENCODE_STAGES] = {"pixels", "mirror", "texels",   "occluders",
+                                                             "direct", "bounce", "reflected"};
+
+// ---- objects ---------------------------------------------------------------------------------------------
+
+ng_result lf_pixel_clues_create(struct lf_pixel_clues **out)
+{
+    *out = calloc(1, sizeof **out);
+    return *out ? NG_OK : ng_out_of_memory("the inputs of a picture");
+}
+
+void lf_pixel_clues_destroy(struct lf_pixel_clues **clues)
+{
+    struct lf_pixel_clues *p = *clues;
+    *clues = NULL;
+    if (!p)
+        return;
+    ng_array_finish(&p->memory.list);
+    ng_array_finish(&p->grid_taps);
+    ng_array_finish(&p->alone);
+    ng_array_finish(&p->reflections.hit_at);
+    ng_array_finish(&p->reflections.hits);
+    ng_array_finish(&p->reflections.blurs);
+    ng_array_finish(&p->reflections.taps);
+    for (int i = 0; i < 2; i++)
+        ng_array_finish(&p->reflections.seen[i].list);
+    free(p);
+}
+
+ng_result lf_light_clues_create(struct lf_light_clues **out)
+{
+    *out = calloc(1, sizeof **out);
+    return *out ? NG_OK : ng_out_of_memory("the inputs of a light");
+}
+
+void lf_light_clues_destroy(struct lf_light_clues **clues)
+{
+    struct lf_light_clues *l = *clues;
+    *clues = NULL;
+    if (!l)
+        return;
+    ng_array_finish(&l->vpls);
+    ng_array_finish(&l->intensity);
+    ng_array_finish(&l->texels);
+    ng_array_finish(&l->sources);
+    ng_array_finish(&l->rows.list);
+    ng_array_finish(&l->view.list);
+    ng_array_finish(&l->grid.list);
+    for (int i = 0; i < 2; i++)
+        ng_array_finish(&l->reflected[i].list);
+    free(l);
+}
+
+const struct lf_net_values *lf_pixel_clues_values(const struct lf_pixel_clues *clues)
+{
+    return &clues->values;
+}
+
+const struct lf_net_values *lf_light_clues_values(const struct lf_light_clues *clues)
+{
+    return &clues->values;
+}
+
+uint32_t lf_light_clues_vpls(const struct lf_light_clues *clues)
+{
+    return clues->vpl_count;
+}
+
+uint32_t lf_light_clues_texels(const struct lf_light_clues *clues)
+{
+    return clues->texel_count;
+}
+
+uint32_t lf_light_clues_light(const struct lf_light_clues *clues)
+{
+    return clues->light;
+}
+
+double lf_pixel_clues_ms(const struct lf_pixel_clues *clues, enum lf_encode_stage stage)
+{
+    return clues->ms[stage];
+}
+
+double lf_light_clues_ms(const struct lf_light_clues *clues, enum lf_encode_stage stage)
+{
+    return clues->ms[stage];
+}
+
+double lf_encode_lap(uint64_t *begin)
+{
+    uint64_t now = ng_clock_ns();
+    double ms = (double)(now - *begin) * 1e-6;
+    *begin = now;
+    return ms;
+}
+
+// ---- powers ----------------------------------------------------------------------------------------------
+
+static void set_frame(const struct ng_snapshot *snapshot, struct lf_pixel_clues *p)
+{
+    double sum = 0, square = (double)p->space.radius * (double)p->space.radius;
+    for (uint32_t i = 0; i < snapshot->light_count; i++)
+        sum += (double)ng_light_power(&snapshot->lights[i].source);
+    p->radiance = lf_finite((float)(sum / square));
+    p->mean_power = snapshot->light_count ? p->radiance / (float)snapshot->light_count : 0;
+    p->values.of[LF_INPUT_FRAME_RADIANCE] = &p->radiance;
+    p->values.of[LF_INPUT_FRAME_MEAN_POWER] = &p->mean_power;
+    if (!p->emits)
+        return;
+    size_t count = (size_t)3 * p->width * p->height;
+    for (size_t i = 0; i < count; i++)
+        p->mirror_emission[0][i] = p->radiance > 0 ? lf_finite(p->emission[0][i] / p->radiance) : 0;
+}
+
+static void set_light(const struct ng_snapshot *snapshot, float radiance, struct lf_light_clues *l)
+{
+    const struct ng_light_source *source = &snapshot->lights[l->light].source;
+    float square = l->space.radius * l->space.radius;
+    ng_light_power_rgb(source, l->power);
+    lf_scale(l->power, 1 / square, l->power);
+    l->share = radiance > 0 ? lf_mean(l->power) / radiance : 0;
+    l->values.of[LF_INPUT_LIGHT_POWER] = l->power;
+    l->values.of[LF_INPUT_LIGHT_SHARE] = &l->share;
+}
+
+void lf_encode_powers(const struct ng_snapshot *snapshot, struct lf_pixel_clues *pixels,
+                      struct lf_light_clues *const *lights, uint32_t light_count)
+{
+    set_frame(snapshot, pixels);
+    for (uint32_t i = 0; i < light_count; i++)
+        set_light(snapshot, pixels->radiance, lights[i]);
+}
+
+// ---- pixels ----------------------------------------------------------------------------------------------
+
+ng_result lf_encode_pixels(const struct lf_encode_scene *scene, const struct lf_encode_pixels_params *params,
+                           struct lf_pixel_clues *out)
+{
+    NG_REQUIRE(params->width && params->height, "a picture has pixels");
+    uint64_t begin = ng_clock_ns();
+    uint64_t pixels = (uint64_t)params->width * params->height;
+    uint32_t budget = params->mirror_rays ? params->mirror_rays : (uint32_t)(pixels / 8 + 1);
+    NG_TRY(lf_pixels_read(scene, params, out));
+    out->ms[LF_ENCODE_PIXELS] = lf_encode_lap(&begin);
+    NG_TRY(lf_mirror_cast(scene, budget, out));
+    out->ms[LF_ENCODE_MIRROR] = lf_encode_lap(&begin);
+    set_frame(lf_tracer_snapshot(scene->tracer), out);
+    return NG_OK;
+}
+
+// ---- a light ---------------------------------------------------------------------------------------------
+
+// As the renderer observes it, at unit brightness: a snapshot of this light alone.
+static void observe(const struct ng_snapshot *snapshot, struct lf_light_clues *out)
+{
+    struct ng_snapshot_light light = snapshot->lights[out->light];
+    struct ng_snapshot alone = *snapshot;
+    struct ng_light_gpu gpu;
+    light.source = out->unit;
+    alone.lights = &light;
+    alone.light_count = 1;
+    ng_light_gpu_observe(&alone, 0, 1, INFINITY, &gpu);
+    out->data = gpu.data;
+    out->data.index = out->light;
+    out->view_count = gpu.rsm_view_count;
+    memcpy(out->views, gpu.rsm_views, sizeof out->views);
+}
+
+static ng_result find_vpls(uint32_t count, struct lf_light_clues *out)
+{
+    out->vpl_count = out->unit.type->delta ? 1 : count;
+    if (!ng_array_resize(&out->vpls, out->vpl_count))
+        return ng_out_of_memory("the direct VPLs of a light");
+    ng_light_vpls(&out->unit, out->vpl_count, out->vpls.items);
+    return NG_OK;
+}
+
+static void write_vpls(struct lf_light_clues *l)
+{
+    float *rows = l->rows.list.items, proxy[3], scale = l->phi > 0 ? 1 / l->phi : 0;
+    size_t n = l->vpl_count;
+    lf_to_scene(&l->space, l->data.proxy, proxy);
+    for (size_t i = 0; i < n; i++) {
+        const struct ng_light_sample *v = &l->vpls.items[i];
+        float position[3];
+        lf_to_scene(&l->space, v->position, position);
+        for (size_t c = 0; c < 3; c++) {
+            rows[c * n + i] = position[c] - proxy[c];
+            rows[(3 + c) * n + i] = position[c];
+            rows[(6 + c) * n + i] = v->normal[c];
+            rows[(9 + c) * n + i] = v->power[c] * scale;
+        }
+    }
+    l->values.of[LF_INPUT_VPL_OFFSET] = rows;
+    l->values.of[LF_INPUT_VPL_POSITION] = rows + 3 * n;
+    l->values.of[LF_INPUT_VPL_NORMAL] = rows + 6 * n;
+    l->values.of[LF_INPUT_VPL_POWER] = rows + 9 * n;
+}
+
+static void write_light(struct lf_light_clues *l)
+{
+    ng_light_power_rgb(&l->unit, l->color);
+    for (int c = 0; c < 3; c++) {
+        l->color[c] = l->phi > 0 ? l->color[c] / l->phi : 0;
+        l->kind[c] = (uint32_t)c == l->data.vpl_kind;
+    }
+    l->values.of[LF_INPUT_LIGHT_COLOR] = l->color;
+    l->values.of[LF_INPUT_LIGHT_KIND] = l->kind;
+}
+
+ng_result lf_encode_light(const struct lf_encode_scene *scene, uint32_t light,
+                          const struct lf_encode_light_params *params, struct lf_light_clues *out)
+{
+    const struct ng_snapshot *snapshot = lf_tracer_snapshot(scene->tracer);
+    NG_REQUIRE(light < snapshot->light_count, "the light is one of the snapshot's");
+    uint64_t begin = ng_clock_ns();
+    uint32_t count = params && params->vpl_count ? params->vpl_count : LF_VPL_COUNT;
+    out->light = light;
+    out->maps = params ? params->maps : NULL;
+    out->space = lf_space_of(snapshot);
+    memset(&out->values, 0, sizeof out->values);
+    ng_light_unit(&snapshot->lights[light].source, &out->unit);
+    out->phi = ng_light_power(&out->unit);
+    observe(snapshot, out);
+    NG_TRY(find_vpls(count, out));
+    lf_shape_make(out);
+    NG_TRY(lf_texels_find(scene, out));
+    write_vpls(out);
+    write_light(out);
+    set_light(snapshot, 0, out);
+    out->ms[LF_ENCODE_TEXELS] = lf_encode_lap(&begin);
+    return NG_OK;
+}
+
+// ---- a light on screen -----------------------------------------------------------------------------------
+
+struct view_planes {
+    float *way[5]; // direction, distance, occluder
+    float *diffuse[3], *glossy[3], *bounce[3], *mirror[3], *mirror_bounce[3];
+};
+
+static bool wants_way(const struct lf_encode_scene *s)
+{
+    return lf_encode_wants(s, LF_INPUT_VIEW_DIRECTION) || lf_encode_wants(s, LF_INPUT_VIEW_DISTANCE) ||
+           lf_encode_wants(s, LF_INPUT_VIEW_OCCLUDER);
+}
+
+static bool wants_direct(const struct lf_encode_scene *s)
+{
+    return lf_encode_wants(s, LF_INPUT_VIEW_DIFFUSE) || lf_encode_wants(s, LF_INPUT_VIEW_GLOSSY);
+}
+
+static bool wants_mirror(const struct lf_encode_scene *s)
+{
+    return lf_encode_wants(s, LF_INPUT_VIEW_MIRROR) || lf_encode_wants(s, LF_INPUT_VIEW_MIRROR_BOUNCE);
+}
+
+static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, struct lf_light_clues *l,
+                         struct view_planes *out)
+{
+    enum { PLANES = 20 };
+    if (!ng_array_resize(&l->view.list, PLANES * count))
+        return ng_out_of_memory("the view of a light");
+    float *next = l->view.list.items,
+          **planes[] = {out->way, out->diffuse, out->glossy, out->bounce, out->mirror, out->mirror_bounce};
+    memset(next, 0, PLANES * count * sizeof *next);
+    for (size_t i = 0; i < NG_COUNT(planes); i++)
+        for (int c = 0; c < (i ? 3 : 5); c++, next += count)
+            planes[i][c] = next;
+    const struct {
+        enum lf_net_input input;
+        const float *plane;
+    } inputs[] = {
+        {LF_INPUT_VIEW_DIRECTION, out->way[0]}, {LF_INPUT_VIEW_DISTANCE, out->way[3]},
+        {LF_INPUT_VIEW_OCCLUDER, out->way[4]},  {LF_INPUT_VIEW_DIFFUSE, out->diffuse[0]},
+        {LF_INPUT_VIEW_GLOSSY, out->glossy[0]}, {LF_INPUT_VIEW_BOUNCE, out->bounce[0]},
+        {LF_INPUT_VIEW_MIRROR, out->mirror[0]}, {LF_INPUT_VIEW_MIRROR_BOUNCE, out->mirror_bounce[0]},
+    };
+    for (size_t i = 0; i < NG_COUNT(inputs); i++)
+        l->values.of[inputs[i].input] = lf_encode_wants(scene, inputs[i].input) ? inputs[i].plane : NULL;
+    return NG_OK;
+}
+
+ng_result lf_encode_view(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                         struct lf_light_clues *light)
+{
+    struct view_planes planes;
+    uint64_t begin = ng_clock_ns();
+    NG_TRY(lay_out(scene, (size_t)pixels->width * pixels->height, light, &planes));
+    if (wants_way(scene))
+        lf_occluders_find(scene, pixels, light, planes.way);
+    light->ms[LF_ENCODE_OCCLUDERS] = lf_encode_lap(&begin);
+    if (wants_direct(scene))
+        lf_direct_view(scene, pixels, light, planes.diffuse, planes.glossy);
+    light->ms[LF_ENCODE_DIRECT] = lf_encode_lap(&begin);
+    if (lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE))
+        NG_TRY(lf_bounce_view(scene, pixels, light, planes.bounce));
+    light->ms[LF_ENCODE_BOUNCE] = lf_encode_lap(&begin);
+    if (wants_mirror(scene))
+        NG_TRY(lf_mirror_light(scene, pixels, light, planes.mirror, planes.mirror_bounce));
+    light->ms[LF_ENCODE_REFLECTED] = lf_encode_lap(&begin);
+    return NG_OK;
+}

@@ -1,0 +1,375 @@
+// Compiled once for each instruction set (CMakeLists.txt), LF_KERNELS being the name of its table. The loop
+// over lanes is innermost and free of branches and calls, so that one iteration becomes one vector operation.
+#include "lightformer/encode/kernels.h"
+
+#include "shaders/shared/brdf.h"
+
+#include <math.h>
+#include <string.h>
+
+#define LANES          _Pragma("omp simd") for (int i = 0; i < LF_LANES; i++)
+#define LEAST_DISTANCE 1e-12f // squared
+#define GRAZING        1e-4f  // least cosine of the viewer, as in lightformer/reference
+
+// What does not change from sample to sample.
+struct surface {
+    float view[3][LF_LANES], nv[LF_LANES];
+    float tangent[3][LF_LANES], bitangent[3][LF_LANES]; // set where lobes are sampled
+};
+
+// Sums of light * cosine * (1 - m5), and of light * cosine * D V * (1 - m5) and ... * m5, where m5 is the
+// fifth power in Schlick's F: albedo and F0 enter at the end.
+struct sums {
+    float diffuse[3][LF_LANES], facing[3][LF_LANES], grazing[3][LF_LANES];
+};
+
+static inline float dot(float ax, float ay, float az, float bx, float by, float bz)
+{
+    return ax * bx + ay * by + az * bz;
+}
+
+// Where the shading normal turns away from the viewer, the viewer counts as grazing.
+static void see(const struct lf_points *p, struct surface *s)
+{
+    LANES
+    {
+        float nx = p->normal[0][i], ny = p->normal[1][i], nz = p->normal[2][i];
+        float vx = p->view[0][i], vy = p->view[1][i], vz = p->view[2][i];
+        float nv = dot(nx, ny, nz, vx, vy, vz);
+        float fx = vx - nx * nv, fy = vy - ny * nv, fz = vz - nz * nv;
+        float scale = ng_sqrt((1 - GRAZING * GRAZING) / ng_max(dot(fx, fy, fz, fx, fy, fz), 1e-20f));
+        bool away = nv < GRAZING;
+        s->view[0][i] = away ? fx * scale + nx * GRAZING : vx;
+        s->view[1][i] = away ? fy * scale + ny * GRAZING : vy;
+        s->view[2][i] = away ? fz * scale + nz * GRAZING : vz;
+        s->nv[i] = away ? GRAZING : nv;
+    }
+}
+
+// A frame around a unit normal without a branch that jumps (Duff et al. 2017).
+static void make_frames(const struct lf_points *p, struct surface *s)
+{
+    LANES
+    {
+        float x = p->normal[0][i], y = p->normal[1][i], z = p->normal[2][i];
+        float sign = z < 0 ? -1.0f : 1.0f, a = -1.0f / (sign + z), b = x * y * a;
+        s->tangent[0][i] = 1 + sign * x * x * a;
+        s->tangent[1][i] = sign * b;
+        s->tangent[2][i] = -sign * x;
+        s->bitangent[0][i] = b;
+        s->bitangent[1][i] = sign + y * y * a;
+        s->bitangent[2][i] = -y;
+    }
+}
+
+// ---- light samples ---------------------------------------------------------------------------------------
+
+// A direction to the light at each lane, what arrives along it, and its density for the balance heuristic.
+struct arrival {
+    float x[LF_LANES], y[LF_LANES], z[LF_LANES];
+    float light[LF_LANES];   // what the sample's weight is multiplied with
+    float density[LF_LANES]; // samples per solid angle
+};
+
+static void arrive_from_surface(const struct lf_light_sample *l, const struct lf_points *p, struct arrival *a)
+{
+    LANES
+    {
+        float x = l->position[0] - p->position[0][i], y = l->position[1] - p->position[1][i],
+              z = l->position[2] - p->position[2][i];
+        float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE), inverse = 1 / ng_sqrt(square);
+        a->x[i] = x *= inverse;
+        a->y[i] = y *= inverse;
+        a->z[i] = z *= inverse;
+        float cosine = ng_max(-dot(x, y, z, l->normal[0], l->normal[1], l->normal[2]), 0.0f);
+        a->light[i] = cosine * inverse * inverse;
+        a->density[i] = l->density * square / ng_max(cosine, 1e-6f);
+    }
+}
+
+static void arrive_from_point(const struct lf_light_shape *shape, const struct lf_light_sample *l,
+                              const struct lf_points *p, struct arrival *a)
+{
+    LANES
+    {
+        float x = l->position[0] - p->position[0][i], y = l->position[1] - p->position[1][i],
+              z = l->position[2] - p->position[2][i];
+        float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE), inverse = 1 / ng_sqrt(square);
+        a->x[i] = x *= inverse;
+        a->y[i] = y *= inverse;
+        a->z[i] = z *= inverse;
+        float cosine = -dot(x, y, z, l->normal[0], l->normal[1], l->normal[2]);
+        float cone = ng_clamp(cosine * shape->cone_scale + shape->cone_offset, 0.0f, 1.0f);
+        a->light[i] = cone * cone * inverse * inverse;
+        a->density[i] = 0;
+    }
+}
+
+static void arrive_from_direction(const struct lf_light_sample *l, struct arrival *a)
+{
+    LANES
+    {
+        a->x[i] = -l->normal[0];
+        a->y[i] = -l->normal[1];
+        a->z[i] = -l->normal[2];
+        a->light[i] = 1;
+        a->density[i] = l->density;
+    }
+}
+
+// What a sphere covers of the view from each lane: a cone around the direction to its centre.
+struct cap {
+    float axis[3][LF_LANES], tangent[3][LF_LANES], bitangent[3][LF_LANES];
+    float height[LF_LANES];  // 1 - cosine of its half angle; 0 from inside
+    float density[LF_LANES]; // 1 / solid angle
+};
+
+static void find_caps(const struct lf_light_shape *shape, const struct lf_points *p, struct cap *cap)
+{
+    LANES
+    {
+        float x = shape->center[0] - p->position[0][i], y = shape->center[1] - p->position[1][i],
+              z = shape->center[2] - p->position[2][i];
+        float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE), inverse = 1 / ng_sqrt(square);
+        x *= inverse, y *= inverse, z *= inverse;
+        float sine2 = shape->radius * shape->radius * inverse * inverse;
+        bool outside = sine2 < 1;
+        float height = sine2 / (1 + ng_sqrt(ng_max(1 - sine2, 0.0f)));
+        cap->height[i] = outside ? height : 0;
+        cap->density[i] = outside ? 1 / (2 * NG_SHADER_PI * ng_max(height, 1e-20f)) : 0;
+        float sign = z < 0 ? -1.0f : 1.0f, a = -1.0f / (sign + z), b = x * y * a;
+        cap->axis[0][i] = x;
+        cap->axis[1][i] = y;
+        cap->axis[2][i] = z;
+        cap->tangent[0][i] = 1 + sign * x * x * a;
+        cap->tangent[1][i] = sign * b;
+        cap->tangent[2][i] = -sign * x;
+        cap->bitangent[0][i] = b;
+        cap->bitangent[1][i] = sign + y * y * a;
+        cap->bitangent[2][i] = -y;
+    }
+}
+
+// Uniform over the cap; `u` as lf_lobe_samples.
+static void arrive_from_cap(const struct cap *cap, const float u[3], float count, struct arrival *a)
+{
+    LANES
+    {
+        float height = u[2] * cap->height[i], cosine = 1 - height;
+        float sine = ng_sqrt(ng_max(height * (1 + cosine), 0.0f));
+        float s = sine * u[0], t = sine * u[1];
+        a->x[i] = cap->axis[0][i] * cosine + cap->tangent[0][i] * s + cap->bitangent[0][i] * t;
+        a->y[i] = cap->axis[1][i] * cosine + cap->tangent[1][i] * s + cap->bitangent[1][i] * t;
+        a->z[i] = cap->axis[2][i] * cosine + cap->tangent[2][i] * s + cap->bitangent[2][i] * t;
+        a->light[i] = 2 * NG_SHADER_PI * cap->height[i] / count;
+        a->density[i] = cap->density[i] * count;
+    }
+}
+
+// Adds what arrives. `lobes`: how many directions of the BRDF share the specular part, 0: none.
+static void add_arrival(const struct lf_points *p, const struct surface *s, const struct arrival *a,
+                        const float weight[3], float lobes, struct sums *sums)
+{
+    LANES
+    {
+        float x = a->x[i], y = a->y[i], z = a->z[i];
+        float nl = dot(x, y, z, p->normal[0][i], p->normal[1][i], p->normal[2][i]);
+        float fl = dot(x, y, z, p->flat[0][i], p->flat[1][i], p->flat[2][i]);
+        float lv = dot(x, y, z, s->view[0][i], s->view[1][i], s->view[2][i]), nv = s->nv[i];
+        float half = 1 / ng_sqrt(ng_max(2 + 2 * lv, 1e-12f)); // 1 / |l + v|
+        float nh = ng_clamp((nl + nv) * half, 0.0f, 1.0f), vh = ng_max((1 + lv) * half, 0.0f);
+        float light = nl > 0 && fl > 0 ? a->light[i] * nl : 0;
+        float m5 = ng_brdf_f(vh, 0), rest = light * (1 - m5);
+        float lobe = ng_brdf_lobe(nl, nv, nh, p->roughness[i]);
+        float shared = lobes * ng_brdf_sample_pdf(nv, nh, p->roughness[i]);
+        lobe *= lobes > 0 ? a->density[i] / (a->density[i] + shared) : 1;
+        for (int c = 0; c < 3; c++) {
+            sums->diffuse[c][i] += rest * weight[c];
+            sums->facing[c][i] += rest * lobe * weight[c];
+            sums->grazing[c][i] += light * m5 * lobe * weight[c];
+        }
+    }
+}
+
+static void add_light_samples(const struct lf_light_shape *shape, const struct lf_points *p,
+                              const struct surface *s, float lobes, struct sums *sums)
+{
+    struct arrival a;
+    for (uint32_t k = 0; k < shape->sample_count; k++) {
+        const struct lf_light_sample *l = &shape->samples[k];
+        if (shape->emitter == LF_EMITTER_POINT)
+            arrive_from_point(shape, l, p, &a);
+        else if (shape->emitter == LF_EMITTER_DIRECTION)
+            arrive_from_direction(l, &a);
+        else
+            arrive_from_surface(l, p, &a);
+        add_arrival(p, s, &a, l->weight, lobes, sums);
+    }
+}
+
+static void add_sphere(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
+                       const struct cap *cap, float lobes, struct sums *sums)
+{
+    struct arrival a;
+    for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
+        arrive_from_cap(cap, lf_lobe_samples[k], LF_LOBE_SAMPLES, &a);
+        add_arrival(p, s, &a, shape->radiance, lobes, sums);
+    }
+}
+
+// ---- directions of the BRDF ------------------------------------------------------------------------------
+
+// Directions that a fixed sample chooses at each lane.
+struct reflection {
+    float x[LF_LANES], y[LF_LANES], z[LF_LANES];
+    float value[LF_LANES]; // D V cosine, 0 where it goes nowhere
+    float m5[LF_LANES], pdf[LF_LANES];
+};
+
+static void reflect(const struct lf_points *p, const struct surface *s, const float u[3],
+                    struct reflection *r)
+{
+    LANES
+    {
+        float vx = s->view[0][i], vy = s->view[1][i], vz = s->view[2][i], roughness = p->roughness[i];
+        struct ng_local_direction v = {
+            dot(vx, vy, vz, s->tangent[0][i], s->tangent[1][i], s->tangent[2][i]),
+            dot(vx, vy, vz, s->bitangent[0][i], s->bitangent[1][i], s->bitangent[2][i]), s->nv[i]};
+        struct ng_local_direction h = ng_brdf_half(v, roughness, u[0], u[1], u[2]);
+        struct ng_local_direction l = ng_brdf_reflect(v, h);
+        float vh = ng_max(v.x * h.x + v.y * h.y + v.z * h.z, 0.0f), nh = ng_clamp(h.z, 0.0f, 1.0f);
+        float x = s->tangent[0][i] * l.x + s->bitangent[0][i] * l.y + p->normal[0][i] * l.z;
+        float y = s->tangent[1][i] * l.x + s->bitangent[1][i] * l.y + p->normal[1][i] * l.z;
+        float z = s->tangent[2][i] * l.x + s->bitangent[2][i] * l.y + p->normal[2][i] * l.z;
+        bool above = l.z > 0 && dot(x, y, z, p->flat[0][i], p->flat[1][i], p->flat[2][i]) > 0;
+        r->x[i] = x;
+        r->y[i] = y;
+        r->z[i] = z;
+        r->value[i] = above ? ng_brdf_lobe(l.z, v.z, nh, roughness) * l.z : 0;
+        r->m5[i] = ng_brdf_f(vh, 0);
+        r->pdf[i] = ng_brdf_sample_pdf(v.z, nh, roughness);
+    }
+}
+
+// Density with which the light's own samples find each direction, per solid angle; 0 where it misses.
+static void meet_plane(const struct lf_light_shape *shape, const struct lf_points *p,
+                       const struct reflection *r, float count, float density[LF_LANES])
+{
+    bool disk = shape->emitter == LF_EMITTER_DISK;
+    LANES
+    {
+        float x = shape->center[0] - p->position[0][i], y = shape->center[1] - p->position[1][i],
+              z = shape->center[2] - p->position[2][i];
+        float cosine = -dot(r->x[i], r->y[i], r->z[i], shape->normal[0], shape->normal[1], shape->normal[2]);
+        float height = -dot(x, y, z, shape->normal[0], shape->normal[1], shape->normal[2]);
+        float t = height / ng_max(cosine, 1e-6f);
+        x = r->x[i] * t - x, y = r->y[i] * t - y, z = r->z[i] * t - z;
+        float a = dot(x, y, z, shape->u[0], shape->u[1], shape->u[2]);
+        float b = dot(x, y, z, shape->v[0], shape->v[1], shape->v[2]);
+        float extent = disk ? a * a + b * b : ng_max(ng_abs(a), ng_abs(b));
+        bool meets = cosine > 1e-6f && height > 0 && extent <= 1;
+        density[i] = meets ? count * t * t / (shape->area * cosine) : 0;
+    }
+}
+
+static void meet_cap(const struct cap *cap, const struct reflection *r, float count, float density[LF_LANES])
+{
+    LANES
+    {
+        float cosine = dot(r->x[i], r->y[i], r->z[i], cap->axis[0][i], cap->axis[1][i], cap->axis[2][i]);
+        density[i] = 1 - cosine < cap->height[i] ? count * cap->density[i] : 0;
+    }
+}
+
+static void add_reflection(const struct lf_light_shape *shape, const struct reflection *r,
+                           const float density[LF_LANES], struct sums *sums)
+{
+    LANES
+    {
+        bool meets = density[i] > 0 && r->pdf[i] > 0;
+        float light = meets ? r->value[i] / (LF_LOBE_SAMPLES * r->pdf[i] + density[i]) : 0;
+        for (int c = 0; c < 3; c++) {
+            sums->facing[c][i] += light * (1 - r->m5[i]) * shape->radiance[c];
+            sums->grazing[c][i] += light * r->m5[i] * shape->radiance[c];
+        }
+    }
+}
+
+static void add_lobes(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
+                      const struct cap *cap, struct sums *sums)
+{
+    for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
+        struct reflection r;
+        float density[LF_LANES];
+        reflect(p, s, lf_lobe_samples[k], &r);
+        if (shape->emitter == LF_EMITTER_SPHERE)
+            meet_cap(cap, &r, LF_LOBE_SAMPLES, density);
+        else
+            meet_plane(shape, p, &r, (float)shape->sample_count, density);
+        add_reflection(shape, &r, density, sums);
+    }
+}
+
+// ---- the kernels -----------------------------------------------------------------------------------------
+
+static void direct(const struct lf_light_shape *shape, const struct lf_points *p, bool lobes,
+                   struct lf_lit *out)
+{
+    struct surface s;
+    struct sums sums;
+    struct cap cap;
+    float shared = lobes ? LF_LOBE_SAMPLES : 0;
+    memset(&sums, 0, sizeof sums);
+    see(p, &s);
+    if (shape->emitter == LF_EMITTER_SPHERE) {
+        find_caps(shape, p, &cap);
+        add_sphere(shape, p, &s, &cap, shared, &sums);
+    } else {
+        add_light_samples(shape, p, &s, shared, &sums);
+    }
+    if (lobes && shape->emitter >= LF_EMITTER_RECTANGLE) {
+        make_frames(p, &s);
+        add_lobes(shape, p, &s, &cap, &sums);
+    }
+    for (int c = 0; c < 3; c++)
+        LANES
+        {
+            float f0 = p->f0[c][i];
+            out->diffuse[c][i] = sums.diffuse[c][i] * p->albedo[c][i] * (1 - f0) / NG_SHADER_PI;
+            out->glossy[c][i] = sums.facing[c][i] * f0 + sums.grazing[c][i];
+        }
+}
+
+// A source is a small disk: its form factor does not grow without bounds where the receiver comes near.
+static void bounce(const struct lf_bounce_source *sources, uint32_t count, const struct lf_points *p,
+                   float out[3][LF_LANES])
+{
+    memset(out, 0, 3 * sizeof out[0]);
+    for (uint32_t k = 0; k < count; k++) {
+        const struct lf_bounce_source *v = &sources[k];
+        LANES
+        {
+            float x = v->position[0] - p->position[0][i], y = v->position[1] - p->position[1][i],
+                  z = v->position[2] - p->position[2][i];
+            float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE);
+            float receive = dot(x, y, z, p->normal[0][i], p->normal[1][i], p->normal[2][i]);
+            float emit = -dot(x, y, z, v->normal[0], v->normal[1], v->normal[2]);
+            bool seen = receive > 0 && emit > 0;
+            float factor = seen ? receive * emit / (square * (NG_SHADER_PI * square + v->area)) : 0;
+            for (int c = 0; c < 3; c++)
+                out[c][i] += factor * v->flux[c];
+        }
+    }
+    for (int c = 0; c < 3; c++)
+        LANES
+        {
+            out[c][i] *= 1 / NG_SHADER_PI;
+        }
+}
+
+#define NAME_(x)  #x
+#define NAME(x)   NAME_(x)
+#define TABLE_(x) lf_kernels_##x
+#define TABLE(x)  TABLE_(x)
+extern const struct lf_kernels TABLE(LF_KERNELS);
+const struct lf_kernels TABLE(LF_KERNELS) = {.name = NAME(LF_KERNELS), .direct = direct, .bounce = bounce};

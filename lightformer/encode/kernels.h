@@ -1,0 +1,85 @@
+// The two sums that take the time: unshadowed direct light of one light, and light of RSM texels, at sixteen
+// surfaces at once. Plain C that the compiler vectorizes, built for several instruction sets; all give the
+// same bytes.
+//
+// Lengths are in radii of the scene's sphere, relative to its centre; powers are shares of the light's power.
+// So radiance comes out at unit power with 1 / R^2 taken out, as lightformer/net/inputs.inc wants it.
+#ifndef LF_ENCODE_KERNELS_H
+#define LF_ENCODE_KERNELS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define LF_LANES 16
+
+// Surfaces that light falls on, by lane. Lanes that are not in use hold any finite numbers.
+struct lf_points {
+    float position[3][LF_LANES];
+    float normal[3][LF_LANES]; // shading, unit
+    float flat[3][LF_LANES];   // geometric, unit, towards the viewer
+    float view[3][LF_LANES];   // unit, to the viewer
+    float albedo[3][LF_LANES], f0[3][LF_LANES], roughness[LF_LANES];
+};
+
+struct lf_lit {
+    float diffuse[3][LF_LANES], glossy[3][LF_LANES];
+};
+
+enum lf_emitter {
+    LF_EMITTER_POINT,     // samples are points with a cone
+    LF_EMITTER_DIRECTION, // samples are directions at infinity
+    LF_EMITTER_SURFACE,   // samples are points of any surface
+    LF_EMITTER_RECTANGLE, // samples are points of a uniform rectangle (or parallelogram)
+    LF_EMITTER_DISK,      // ... of a uniform disk (or ellipse)
+    LF_EMITTER_SPHERE,    // a uniform sphere: no samples, it is sampled as it is seen
+};
+
+struct lf_light_sample {
+    float position[3];
+    float normal[3]; // of a surface: unit; direction: where the light travels; point: axis
+    float weight[3]; // of a surface: radiance * area; point: intensity on the axis; direction: irradiance
+    float density;   // samples per area (direction: per solid angle), for multiple importance sampling
+};
+
+#define LF_LIGHT_SAMPLES 64
+#define LF_LOBE_SAMPLES  16
+
+// A light as the kernels take it.
+struct lf_light_shape {
+    enum lf_emitter emitter;
+    uint32_t sample_count;
+    struct lf_light_sample samples[LF_LIGHT_SAMPLES];
+    float cone_scale, cone_offset; // of points: falloff = clamp(cos * scale + offset)^2
+    // Rectangle, disk, sphere.
+    float center[3], normal[3]; // normal: the side that emits
+    float u[3], v[3];           // local coordinates of x: (x - center) . u, .v; from -1 to 1 on the shape
+    float area, radius;         // radius: of a sphere
+    float radiance[3];
+};
+
+// A direct VPL of the second bounce: a group of RSM texels.
+struct lf_bounce_source {
+    float position[3], normal[3];
+    float flux[3]; // reflected
+    float area;    // of the surface that it stands for
+};
+
+struct lf_kernels {
+    const char *name;
+    // Radiance by parts. `lobes`: the light's samples share the specular part with LF_LOBE_SAMPLES directions
+    // chosen by the BRDF, for surfaces smooth enough that light samples alone would show. Where the emitter
+    // is a rectangle, disk or sphere these are in the result; for other extended lights the caller adds them.
+    void (*direct)(const struct lf_light_shape *light, const struct lf_points *points, bool lobes,
+                   struct lf_lit *out);
+    // Irradiance / pi.
+    void (*bounce)(const struct lf_bounce_source *sources, uint32_t count, const struct lf_points *points,
+                   float out[3][LF_LANES]);
+};
+
+// The sets that this CPU has, the fastest first; null past the end.
+const struct lf_kernels *lf_kernels_of(uint32_t index);
+
+// Sample i of LF_LOBE_SAMPLES: cosine and sine of 2 pi u1, and u2, for ng_brdf_half.
+extern const float lf_lobe_samples[LF_LOBE_SAMPLES][3];
+
+#endif
