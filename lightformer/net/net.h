@@ -10,8 +10,8 @@
 //     // every frame:
 //     NG_TRY(lf_net_gather(executor, &frame, encodings, count, &picture));
 //
-// The network is immutable and may be shared. An executor and its encodings belong to one thread at a time; it
-// works on the threads of `jobs`. Memory grows on the first frames of a size and is then reused.
+// The network is immutable and may be shared. An executor and its encodings belong to one thread at a time;
+// it works on the threads of `jobs`. Memory grows on the first frames of a size and is then reused.
 #ifndef LF_NET_NET_H
 #define LF_NET_NET_H
 
@@ -104,7 +104,8 @@ struct lf_net_picture {
 };
 // `view`: inputs of domain view. lf_net_encode_light comes first.
 NG_NODISCARD ng_result lf_net_encode_view(struct lf_net_executor *executor, struct lf_net_encoding *encoding,
-                                          const struct lf_net_picture *frame, const struct lf_net_values *view);
+                                          const struct lf_net_picture *frame,
+                                          const struct lf_net_values *view);
 
 // What the gather reads of a light, beside its encoding.
 struct lf_net_gathered {

@@ -1,0 +1,73 @@
+// What the executor's two halves share: memory and order (executor.c), tiles (run.c).
+#ifndef LF_NET_EXECUTOR_INTERNAL_H
+#define LF_NET_EXECUTOR_INTERNAL_H
+
+#include "lightformer/net/plan_internal.h"
+
+#include "base/jobs.h"
+
+struct lf_stored_image {
+    struct lf_image image;
+    void *memory;
+    size_t capacity; // bytes
+};
+
+// What a light is while a stage runs.
+struct lf_run_light {
+    const struct lf_net_values *inputs;
+    float *vectors;                       // its block
+    const struct lf_stored_image *images; // of its encoding
+};
+
+struct lf_figures {
+    uint64_t ns[LF_CODE_COUNT], calls[LF_CODE_COUNT], multiplications[LF_CODE_COUNT];
+};
+
+struct lf_worker {
+    float *tile; // memory of a tile
+    struct lf_figures figures[LF_STAGE_COUNT];
+};
+
+struct lf_net_executor {
+    const struct lf_net *net;
+    struct ng_jobs *jobs;
+    const struct lf_kernel *kernel;
+    struct lf_plan plan;
+    void **weights; // by product
+    float **biases; // by product, padded
+    NG_ARRAY(struct lf_worker) workers;
+    NG_ARRAY(struct lf_stored_image) shared, by_light; // by slot; by light and slot
+    NG_ARRAY(float) frame, vectors, light_biases, sums;
+    NG_ARRAY(struct lf_run_light) lights;
+    bool profiling;
+    uint64_t stage_ns[LF_STAGE_COUNT];
+};
+
+struct lf_net_encoding {
+    struct lf_net_executor *executor; // borrowed
+    float *vectors;                   // the kept part of a light's block
+    struct lf_stored_image *images;   // by slot
+    uint32_t image_count;
+    bool has_light, has_view;
+    uint32_t width, height;
+};
+
+// A stage on its way.
+struct lf_run {
+    struct lf_net_executor *executor;
+    const struct lf_segment *segment;
+    enum lf_stage stage;
+    const struct lf_net_values *pixels; // frame and pixel inputs
+    uint32_t picture_width, picture_height;
+    uint32_t width, height; // of the segment's grid
+    uint32_t tiles, tile;   // a row; the width of each
+    uint32_t light_count;
+    float *outputs[3];
+    bool failed;
+};
+
+// Runs the segment's codes over all its tiles.
+void lf_run_segment(struct lf_run *run);
+uint32_t lf_level_size(uint32_t size, uint32_t level);
+
+#endif

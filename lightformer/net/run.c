@@ -1,0 +1,445 @@
+// A segment, tile by tile: fetches each code's operands and calls the kernel.
+#include "lightformer/net/executor_internal.h"
+
+#include "base/system.h"
+
+#include <string.h>
+
+// A tile at work.
+struct tile {
+    const struct lf_run *run;
+    struct lf_worker *worker;
+    uint32_t x, y, width, valid, index, light;
+};
+
+uint32_t lf_level_size(uint32_t size, uint32_t level)
+{
+    return (uint32_t)(((uint64_t)size + (1u << level) - 1) >> level);
+}
+
+static float *rows_at(const struct tile *t, struct lf_place place)
+{
+    return place.buffer == UINT32_MAX ? NULL : t->worker->tile + (size_t)place.row * LF_ROW;
+}
+
+static uint32_t *packed_at(const struct tile *t, struct lf_place place)
+{
+    return (uint32_t *)rows_at(t, place);
+}
+
+static const struct lf_value *value_at(const struct tile *t, uint32_t value)
+{
+    return &t->run->executor->net->values.items[value];
+}
+
+static const struct lf_run_light *light_at(const struct tile *t, uint32_t light)
+{
+    return &t->run->executor->lights.items[light];
+}
+
+static const struct lf_image *image_at(const struct tile *t, uint32_t index)
+{
+    const struct lf_net_executor *e = t->run->executor;
+    const struct lf_image_plan *plan = &e->plan.images.items[index];
+    switch (plan->owner) {
+    case LF_IMAGE_SHARED:
+        return &e->shared.items[plan->slot].image;
+    case LF_IMAGE_ENCODING:
+        return &light_at(t, t->light)->images[plan->slot].image;
+    case LF_IMAGE_LIGHT:
+        break;
+    }
+    return &e->by_light.items[(size_t)t->light * e->plan.image_counts[LF_IMAGE_LIGHT] + plan->slot].image;
+}
+
+// A vector of the light at hand, or of the frame.
+static float *vector_of(const struct tile *t, uint32_t value, uint32_t light)
+{
+    const struct lf_net_executor *e = t->run->executor;
+    bool of_light = value_at(t, value)->domain == LF_DOMAIN_LIGHT;
+    return (of_light ? light_at(t, light)->vectors : e->frame.items) + e->plan.vectors.items[value];
+}
+
+static float weight_of(const struct tile *t, uint32_t value)
+{
+    return value == LF_NO_VALUE ? 1.0f : *vector_of(t, value, t->light);
+}
+
+// ---- Loads and stores
+// --------------------------------------------------------------------------------------
+
+static void load_input(const struct tile *t, const struct lf_code *code, float *out)
+{
+    const struct lf_run *run = t->run;
+    const struct lf_value *v = value_at(t, code->value);
+    const struct lf_net_values *values =
+        v->domain == LF_DOMAIN_PIXEL ? run->pixels : light_at(t, t->light)->inputs;
+    const float *in = values ? values->of[v->input] : NULL;
+    size_t plane = (size_t)run->width * run->height;
+    for (uint32_t c = 0; c < v->channels; c++, out += LF_ROW) {
+        if (in)
+            memcpy(out, in + c * plane + (size_t)t->y * run->width + t->x, t->valid * sizeof *out);
+        memset(out + (in ? t->valid : 0), 0, (t->width - (in ? t->valid : 0)) * sizeof *out);
+    }
+}
+
+static void load_vector(const struct tile *t, const struct lf_code *code, float *out)
+{
+    memset(out, 0, (size_t)code->channels * LF_ROW * sizeof *out);
+    for (uint32_t x = 0; x < t->valid; x++) {
+        const float *vector = vector_of(t, code->value, t->x + x);
+        for (uint32_t c = 0; c < code->channels; c++)
+            out[(size_t)c * LF_ROW + x] = vector[c];
+    }
+}
+
+static void store_vector(const struct tile *t, const struct lf_code *code, const float *in)
+{
+    const struct lf_value *v = value_at(t, code->value);
+    for (uint32_t x = 0; x < t->valid; x++) {
+        float *vector = vector_of(t, code->value, t->x + x);
+        for (uint32_t c = 0; c < v->channels; c++)
+            vector[c] = in[(size_t)c * LF_ROW + x];
+    }
+}
+
+static void spread(const struct tile *t, const struct lf_code *code, float *out)
+{
+    const float *vector = vector_of(t, code->value, t->light);
+    for (uint32_t c = 0; c < code->channels; c++, out += LF_ROW)
+        for (uint32_t x = 0; x < t->width; x++)
+            out[x] = vector[c];
+}
+
+static void load_image(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_image *image = image_at(t, code->image);
+    t->run->executor->kernel->unpack(lf_image_at(image, t->y, 0) + t->x, image->stride, code->channels,
+                                     t->width, rows_at(t, code->out));
+}
+
+static void load_packed(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_image *image = image_at(t, code->image);
+    uint32_t *out = packed_at(t, code->packed);
+    for (uint32_t row = 0; row < code->rows; row++, out += LF_ROW)
+        memcpy(out, lf_image_at(image, t->y, row) + t->x, t->width * sizeof *out);
+}
+
+// What lies beyond the picture's edge stays zero.
+static void store_packed(const struct tile *t, const struct lf_code *code, const uint32_t *in)
+{
+    const struct lf_image *image = image_at(t, code->image);
+    for (uint32_t row = 0; row < code->rows; row++, in += LF_ROW)
+        memcpy(lf_image_at(image, t->y, row) + t->x, in, t->valid * sizeof *in);
+}
+
+static void store_image(const struct tile *t, const struct lf_code *code)
+{
+    const uint32_t group = t->run->executor->kernel->group;
+    const struct lf_image *image = image_at(t, code->image);
+    const float *in = rows_at(t, code->a);
+    uint32_t packed[LF_ROW];
+    for (uint32_t row = 0; row < code->rows; row++) {
+        const float *rows[2] = {in + (size_t)row * group * LF_ROW, in + ((size_t)row * group + 1) * LF_ROW};
+        uint32_t count = code->channels - row * group;
+        t->run->executor->kernel->pack(rows, count < group ? count : group, t->width, packed);
+        memcpy(lf_image_at(image, t->y, row) + t->x, packed, t->valid * sizeof *packed);
+    }
+}
+
+static void store_output(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_run *run = t->run;
+    float *out = run->outputs[code->value];
+    const float *in = rows_at(t, code->a);
+    size_t plane = (size_t)run->width * run->height;
+    for (uint32_t c = 0; out && c < code->channels; c++, in += LF_ROW)
+        memcpy(out + c * plane + (size_t)t->y * run->width + t->x, in, t->valid * sizeof *in);
+}
+
+static void reduce(const struct tile *t, const struct lf_code *code)
+{
+    const float *in = rows_at(t, code->a);
+    float *sums = t->run->executor->sums.items + (size_t)t->index * t->run->segment->sums + code->list;
+    for (uint32_t c = 0; c < code->channels; c++, in += LF_ROW) {
+        sums[c] = 0;
+        for (uint32_t x = 0; x < t->valid; x++)
+            sums[c] += in[x];
+    }
+}
+
+// ---- Arithmetic
+// --------------------------------------------------------------------------------------------
+
+static void pack(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_kernel *kernel = t->run->executor->kernel;
+    const struct lf_place *list = t->run->executor->plan.lists.items + code->list;
+    uint32_t *out = packed_at(t, code->packed);
+    for (uint32_t i = 0; i < code->list_count; i += kernel->group, out += LF_ROW) {
+        const float *rows[2] = {rows_at(t, list[i]), NULL};
+        uint32_t count = kernel->group == 2 && i + 1 < code->list_count ? 2 : 1;
+        if (count == 2)
+            rows[1] = rows_at(t, list[i + 1]);
+        kernel->pack(rows, count, t->width, out);
+    }
+}
+
+static void multiply(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_net_executor *e = t->run->executor;
+    const struct lf_product *p = &e->plan.products.items[code->product];
+    struct lf_product_call call = {.weights = e->weights[code->product],
+                                   .bias = e->biases[code->product],
+                                   .outputs = p->outputs,
+                                   .taps = p->taps,
+                                   .rows = p->rows,
+                                   .width = t->width,
+                                   .stride = LF_ROW,
+                                   .act = code->each,
+                                   .out = rows_at(t, code->out),
+                                   .packed = packed_at(t, code->packed)};
+    if (p->constants.count)
+        call.bias =
+            e->light_biases.items + (p->by_light ? (size_t)t->light * e->plan.bias_floats : 0) + p->bias_at;
+    call.in[0] = packed_at(t, code->a);
+    if (p->taps == 9) {
+        const struct lf_image *image = image_at(t, code->image);
+        ptrdiff_t line = (ptrdiff_t)(image->rows * image->stride);
+        call.stride = image->stride;
+        for (int i = 0; i < 9; i++)
+            call.in[i] = lf_image_at(image, t->y, 0) + t->x + (i / 3 - 1) * line + (i % 3 - 1);
+    }
+    e->kernel->product(&call);
+}
+
+static void clear(const struct tile *t, const struct lf_code *code)
+{
+    memset(rows_at(t, code->out), 0, (size_t)code->rows * LF_ROW * sizeof(float));
+}
+
+static void copy(const struct tile *t, const struct lf_code *code)
+{
+    memcpy(rows_at(t, code->out), rows_at(t, code->a), (size_t)code->rows * LF_ROW * sizeof(float));
+}
+
+static void each(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_op *op = code->op;
+    bool affine = op->kind == LF_OP_AFFINE;
+    struct lf_each_call call = {.op = code->each,
+                                .a = rows_at(t, code->a),
+                                .channels = code->channels,
+                                .width = t->width,
+                                .x = affine ? op->scale : op->low,
+                                .y = affine ? op->offset : op->high,
+                                .out = rows_at(t, code->out)};
+    t->run->executor->kernel->each(&call);
+}
+
+static void pairwise(const struct tile *t, const struct lf_code *code)
+{
+    struct lf_pairwise_call call = {.op = code->each,
+                                    .a = rows_at(t, code->a),
+                                    .b = rows_at(t, code->b),
+                                    .a_channels = code->channels,
+                                    .b_channels = code->b_channels,
+                                    .width = t->width,
+                                    .out = rows_at(t, code->out)};
+    t->run->executor->kernel->pairwise(&call);
+}
+
+// The dot of two values, or a value's length.
+static void dot(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_kernel *kernel = t->run->executor->kernel;
+    float *out = rows_at(t, code->out);
+    bool length = code->each == LF_OP_LENGTH;
+    kernel->dot(rows_at(t, code->a), rows_at(t, length ? code->a : code->b), code->channels, t->width, out);
+    if (!length)
+        return;
+    struct lf_each_call root = {
+        .op = LF_OP_AFFINE, .a = out, .channels = 1, .width = t->width, .x = 1, .y = 1e-12f, .out = out};
+    kernel->each(&root);
+    root.op = LF_OP_SQRT;
+    kernel->each(&root);
+}
+
+static struct lf_attend_call attention(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_op *op = code->op;
+    float *state = rows_at(t, code->packed);
+    struct lf_attend_call call = {.query = rows_at(t, code->a),
+                                  .key = rows_at(t, code->b),
+                                  .value = rows_at(t, code->c),
+                                  .softmax = op->softmax,
+                                  .heads = op->heads,
+                                  .key_channels = value_at(t, op->in[0])->channels,
+                                  .value_channels = code->channels,
+                                  .width = t->width,
+                                  .sum = rows_at(t, code->out),
+                                  .largest = state,
+                                  .total = state ? state + (size_t)op->heads * LF_ROW : NULL};
+    return call;
+}
+
+static void attend(const struct tile *t, const struct lf_code *code)
+{
+    struct lf_attend_call call = attention(t, code);
+    call.key_is_vector = !call.key;
+    call.value_is_vector = !call.value;
+    if (call.key_is_vector)
+        call.key = vector_of(t, code->op->in[1], t->light);
+    if (call.value_is_vector)
+        call.value = vector_of(t, code->op->in[2], t->light);
+    call.weight = weight_of(t, code->value);
+    t->run->executor->kernel->attend(&call);
+}
+
+static void attend_end(const struct tile *t, const struct lf_code *code)
+{
+    struct lf_attend_call call = attention(t, code);
+    t->run->executor->kernel->attend_end(&call);
+}
+
+static void run_code(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_kernel *kernel = t->run->executor->kernel;
+    switch (code->kind) {
+    case LF_CODE_LOAD_INPUT:
+        load_input(t, code, rows_at(t, code->out));
+        break;
+    case LF_CODE_LOAD_VECTOR:
+        load_vector(t, code, rows_at(t, code->out));
+        break;
+    case LF_CODE_SPREAD:
+        spread(t, code, rows_at(t, code->out));
+        break;
+    case LF_CODE_LOAD_IMAGE:
+        load_image(t, code);
+        break;
+    case LF_CODE_LOAD_PACKED:
+        load_packed(t, code);
+        break;
+    case LF_CODE_PACK:
+        pack(t, code);
+        break;
+    case LF_CODE_PRODUCT:
+        multiply(t, code);
+        break;
+    case LF_CODE_PAIRWISE:
+        pairwise(t, code);
+        break;
+    case LF_CODE_EACH:
+        each(t, code);
+        break;
+    case LF_CODE_COPY:
+        copy(t, code);
+        break;
+    case LF_CODE_DOT:
+        dot(t, code);
+        break;
+    case LF_CODE_NORMALIZE:
+        kernel->normalize(rows_at(t, code->a), code->channels, t->width, rows_at(t, code->out));
+        break;
+    case LF_CODE_RESAMPLE:
+        kernel->resample(code->each, image_at(t, code->image), t->x, t->y, t->width, rows_at(t, code->out));
+        break;
+    case LF_CODE_CLEAR:
+        clear(t, code);
+        break;
+    case LF_CODE_ADD_SCALED:
+        kernel->add_scaled(rows_at(t, code->a), weight_of(t, code->value), code->channels, t->width,
+                           rows_at(t, code->out));
+        break;
+    case LF_CODE_ATTEND:
+        attend(t, code);
+        break;
+    case LF_CODE_ATTEND_END:
+        attend_end(t, code);
+        break;
+    case LF_CODE_STORE_IMAGE:
+        store_image(t, code);
+        break;
+    case LF_CODE_STORE_PACKED:
+        store_packed(t, code, packed_at(t, code->packed));
+        break;
+    case LF_CODE_STORE_VECTOR:
+        store_vector(t, code, rows_at(t, code->a));
+        break;
+    case LF_CODE_STORE_OUTPUT:
+        store_output(t, code);
+        break;
+    case LF_CODE_REDUCE:
+        reduce(t, code);
+        break;
+    case LF_CODE_COUNT:
+        break;
+    }
+}
+
+// ---- Tiles
+// -------------------------------------------------------------------------------------------------
+
+static uint64_t multiplications(const struct tile *t, const struct lf_code *code)
+{
+    const struct lf_op *op = code->op;
+    if (code->kind == LF_CODE_PRODUCT) {
+        const struct lf_product *p = &t->run->executor->plan.products.items[code->product];
+        return (uint64_t)t->valid * p->outputs * p->weights_channels * p->taps;
+    }
+    if (code->kind == LF_CODE_ATTEND)
+        return (uint64_t)t->valid * (value_at(t, op->in[0])->channels + code->channels);
+    return 0;
+}
+
+static void run_codes(const struct tile *t, uint32_t begin, uint32_t end)
+{
+    const struct lf_net_executor *e = t->run->executor;
+    struct lf_figures *figures = e->profiling ? &t->worker->figures[t->run->stage] : NULL;
+    for (uint32_t i = begin; i < end; i++) {
+        const struct lf_code *code = &e->plan.codes.items[i];
+        uint64_t start = figures ? ng_clock_ns() : 0;
+        run_code(t, code);
+        if (figures) {
+            figures->ns[code->kind] += ng_clock_ns() - start;
+            figures->calls[code->kind]++;
+            figures->multiplications[code->kind] += multiplications(t, code);
+        }
+    }
+}
+
+static void run_tile(struct tile *t)
+{
+    const struct lf_plan *plan = &t->run->executor->plan;
+    for (uint32_t i = t->run->segment->phase_begin; i < t->run->segment->phase_end; i++) {
+        const struct lf_phase *phase = &plan->phases.items[i];
+        t->light = 0;
+        run_codes(t, phase->begin, phase->lights);
+        for (; phase->lights < phase->end && t->light < t->run->light_count; t->light++)
+            run_codes(t, phase->lights, phase->end);
+    }
+}
+
+static void run_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    const struct lf_run *run = user;
+    run->executor->kernel->begin();
+    for (uint32_t i = begin; i < end; i++) {
+        struct tile tile = {.run = run, .worker = &run->executor->workers.items[worker], .index = i};
+        tile.x = i % run->tiles * run->tile;
+        tile.y = i / run->tiles;
+        tile.valid = run->width - tile.x < run->tile ? run->width - tile.x : run->tile;
+        tile.width = (tile.valid + LF_STEP - 1) / LF_STEP * LF_STEP;
+        run_tile(&tile);
+    }
+    run->executor->kernel->end();
+}
+
+void lf_run_segment(struct lf_run *run)
+{
+    uint32_t count = run->tiles * run->height, threads = ng_jobs_threads(run->executor->jobs);
+    uint32_t grain = count / (8 * threads);
+    ng_jobs_for(run->executor->jobs, count, grain < 1 ? 1 : grain > 16 ? 16 : grain, run_tiles, run);
+}
