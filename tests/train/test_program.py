@@ -9,9 +9,7 @@ import torch
 
 from lightformer_train import families, network_file, program, weights
 
-OUTPUTS = [
-    {"op": "mul", "in": ["pixel.diffuse", "frame.radiance"], "out": name} for name in program.OUTPUTS
-]
+OUTPUTS = [{"op": "mul", "in": ["pixel.diffuse", "frame.radiance"], "out": name} for name in program.OUTPUTS]
 
 
 def refusal(*operations: dict) -> str:
@@ -61,7 +59,12 @@ class Checks(unittest.TestCase):
 
     def test_what_depends_on_the_gather_belongs_to_it(self):
         checked = program.check(
-            [linear("view.direction", out="a"), {"op": "sum", "in": ["a"], "out": "b"}, linear("b", "view.direction", out="c"), *OUTPUTS]
+            [
+                linear("view.direction", out="a"),
+                {"op": "sum", "in": ["a"], "out": "b"},
+                linear("b", "view.direction", out="c"),
+                *OUTPUTS,
+            ]
         )
         self.assertEqual([checked.values[name].gather for name in "abc"], [False, True, True])
 

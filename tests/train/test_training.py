@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 import subprocess
 import unittest
 from pathlib import Path
@@ -26,6 +27,12 @@ def trainer(name: str, **changes: object) -> Trainer:
 def run(*arguments: str) -> subprocess.CompletedProcess:
     command = [str(ROOT / "tools/train/train.py"), *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def free_port() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return str(probe.getsockname()[1])
 
 
 def setUpModule() -> None:
@@ -137,6 +144,20 @@ class Commands(unittest.TestCase):
                 self.assertEqual(done.returncode, status)
                 self.assertIn(word, done.stderr)
                 self.assertEqual(done.stderr.count("\n"), 1)
+
+    def test_two_processes_train_one_network(self):
+        """As torchrun starts them; only the first writes."""
+        output = SCRATCH / "two.safetensors"
+        arguments = (str(SCRATCH / "data"), "-o", str(output), "--steps", "4", "--batch", "1", "--held-out", "4")
+        command = [str(ROOT / "tools/train/train.py"), *arguments, "--threads", "1"]
+        shared = {"WORLD_SIZE": "2", "LOCAL_WORLD_SIZE": "2", "MASTER_ADDR": "127.0.0.1", "MASTER_PORT": free_port()}
+        ranks = [os.environ | shared | {"RANK": str(rank), "LOCAL_RANK": str(rank)} for rank in range(2)]
+        both = [subprocess.Popen(command, env=rank, stdout=subprocess.PIPE, text=True) for rank in ranks]
+        said = [process.communicate()[0] for process in both]
+        self.assertEqual([process.returncode for process in both], [0, 0])
+        self.assertIn("step 4", said[0])
+        self.assertEqual(said[1], "")
+        self.assertTrue(output.exists())
 
     def test_a_data_set_without_inputs_is_refused(self):
         tensors, _ = weights.map_tensors(next((SCRATCH / "data").glob("*.safetensors")))

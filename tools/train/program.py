@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Shows what a preset's network is, or writes it with random weights.
 
-    tools/train/program.py                                    the presets
-    tools/train/program.py structured-small                   its parts and its cost
-    tools/train/program.py structured-small --without mirror -o out/random.safetensors --seed 1
+tools/train/program.py                                    the presets
+tools/train/program.py structured-small                   its parts and its cost
+tools/train/program.py structured-small --without mirror -o out/random.safetensors --seed 1
 """
 
 import argparse

@@ -2,10 +2,11 @@
 """Trains a network on data sets of `lightformer dataset`.
 
     tools/train/train.py out/chess -o out/chess.safetensors --minutes 40
-    tools/train/train.py out/chess -o out/small.safetensors --preset paper-small --without attention --steps 5000
+    tools/train/train.py out/chess -o out/flat.safetensors --without attention --steps 5000
     torchrun --nproc_per_node 4 tools/train/train.py ...
 
-Writes the network, a report beside it (.html) and, while it works, a checkpoint (.checkpoint) that --resume goes on from.
+Writes the network, a report beside it (.html) and, while it works, a checkpoint (.checkpoint), from which --resume
+goes on.
 """
 
 import argparse

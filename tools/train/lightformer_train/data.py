@@ -1,8 +1,8 @@
 """Crops from the shards of `lightformer dataset`, as batches that a network takes.
 
 A shard holds the inputs of lightformer/net/inputs.inc under their names, so nothing here knows how they come about.
-Shards are mapped into memory; of the rows (direct VPLs, RSM texels) each batch draws a few, stratified, so that their mean
-is right on average.
+Shards are mapped into memory; of the rows (direct VPLs, RSM texels) each batch draws a few, stratified, so that their
+mean is right on average.
 """
 
 import json
@@ -144,7 +144,9 @@ def _join(name: str, parts: list[np.ndarray]) -> Tensor:
     return torch.from_numpy(whole)
 
 
-def _load(shard: dict[str, np.ndarray], crop: Crop, options: Options, random: np.random.Generator) -> dict[str, np.ndarray]:
+def _load(
+    shard: dict[str, np.ndarray], crop: Crop, options: Options, random: np.random.Generator
+) -> dict[str, np.ndarray]:
     """One crop's arrays, fp32: [C] of the frame, [L, C] of lights, [L, C, P], [C, h, w], [L, C, h, w]."""
     without_mirror = random.random() < options.mirror_dropout
     axes, signs, channels, flip = _draw_symmetry(random) if options.augment else _IDENTITY

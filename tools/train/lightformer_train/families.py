@@ -1,4 +1,4 @@
-"""The families of networks, as programs: `paper` and `structured`, at several widths, each with parts left out on demand."""
+"""Presets: the families of networks at several widths, each with parts left out on demand."""
 
 from dataclasses import dataclass
 

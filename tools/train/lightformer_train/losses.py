@@ -2,9 +2,10 @@
 
 Eq. 8 of the paper: L1 of log(1 + x) on each component, plus a perceptual term on the shadows. Two changes:
 
-- The shadow's term is on T_d = T_l T_ls, since the bare ratio is 1 nearly everywhere, a minimum that training does not leave.
-- L1 learns the median of noisy targets, which is too dark where paths are rare. A relative squared error with the weight of
-  our own value (Lehtinen et al. 2018, Noise2Noise, 4.1) learns the mean: (a - b)^2 / (stop(a)^2 + eps), added for T_d and T_i.
+- The shadow's term is on T_d = T_l T_ls, since the bare ratio is 1 nearly everywhere, a minimum that training does not
+  leave.
+- L1 learns the median of noisy targets, which is too dark where paths are rare. A squared error relative to our own
+  value (Lehtinen et al. 2018, Noise2Noise, 4.1) learns the mean: (a - b)^2 / (stop(a)^2 + eps), added for T_d and T_i.
 """
 
 from collections.abc import Callable, Iterable

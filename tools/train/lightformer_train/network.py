@@ -8,7 +8,8 @@ in all, P rows):
 
 Products run in the type of `precision`, as 1 x 1 or 3 x 3 convolutions in channels-last order (on CPUs several times
 faster than matrix products by torch.nn.Linear); what is of a narrower domain is multiplied once there and then
-repeated. All else is fp32, except for what only passes features on (relu, leaky, pool, up, pack, add, ...), which keeps the type it gets.
+repeated. All else is fp32, except for what only passes features on (relu, leaky, pool, up, pack, add, ...), which keeps
+the type that it gets.
 """
 
 import math
@@ -177,7 +178,7 @@ def _repeat(x: Tensor, domain: str, out: str, lights: Lights) -> Tensor:
     if domain == out:
         return x
     if out in ("light", "view", *ROWS) and domain in ("frame", "pixel"):
-        x = x[lights.owner]
+        x = x.index_select(0, lights.owner)
     if x.dim() == 2 and out in (*PICTURES, *ROWS):
         x = x[:, :, None, None]
     return x

@@ -20,7 +20,7 @@ class Pictures:
 
 @dataclass
 class Quality:
-    """Means over crops. RSE as in engine/README.md, "Metrics": radiance is divided by the mean of the crop's reference."""
+    """Means over crops. RSE as in lightformer/metrics: radiance is first divided by the mean of the crop's reference."""
 
     rse: dict[str, float]
     mean_ratio: dict[str, float]  # mean of ours / mean of the reference
@@ -48,9 +48,12 @@ def judge(network: Network, batches: Iterable[Batch]) -> tuple[Quality, list[Pic
     names = list(pictures[0].ours)
     rse, ratio = {}, {}
     for name in names:
-        rse[name] = float(sum(relative_squared_error(p.ours[name], p.reference[name]) for p in pictures)) / len(pictures)
+        rse[name] = float(sum(relative_squared_error(p.ours[name], p.reference[name]) for p in pictures)) / len(
+            pictures
+        )
         ratio[name] = float(
-            sum(p.ours[name].mean() for p in pictures) / sum(p.reference[name].mean() for p in pictures).clamp_min(1e-12)
+            sum(p.ours[name].mean() for p in pictures)
+            / sum(p.reference[name].mean() for p in pictures).clamp_min(1e-12)
         )
     return Quality(rse, ratio, len(pictures)), pictures
 

@@ -21,7 +21,8 @@ h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 2em; }
 table { border-collapse: collapse; } th, td { padding: .15em .8em .15em 0; text-align: left; font-weight: normal; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
 code { background: #f3f3f3; padding: .1em .3em; } figure { margin: 0 0 1.2em; }
-.row { display: flex; gap: 6px; } .row div { flex: 1; font-size: 13px; } .row img { width: 100%; image-rendering: pixelated; }
+.row { display: flex; gap: 6px; } .row div { flex: 1; font-size: 13px; }
+.row img { width: 100%; image-rendering: pixelated; }
 svg text { font-size: 12px; fill: #444; }
 """
 
@@ -49,7 +50,8 @@ def page(title: str, facts: dict[str, str], history: History, quality: Quality, 
         for name in quality.rse
     )
     return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title><style>{STYLE}</style>'
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title>'
+        f"<style>{STYLE}</style>"
         f"<h1>{html.escape(title)}</h1><table>{rows}</table>"
         f"<h2>Held-out crops</h2><table><tr><th>component</th><th>RSE</th><th>mean ratio</th></tr>{figures}</table>"
         f"<p>Radiance is divided by the mean of each crop's reference, also that of its components.</p>"
@@ -75,13 +77,17 @@ def chart(curves: dict[str, list[tuple[int, float]]]) -> str:
     parts = [f'<svg viewBox="0 0 {WIDTH + 150} {HEIGHT}" role="img">']
     for power in range(low, high + 1):
         y = place(0, 10.0**power).split(",")[1]
-        parts.append(f'<path d="M{MARGIN} {y}H{WIDTH - MARGIN}" stroke="#ddd"/><text x="4" y="{y}">{10.0**power:g}</text>')
+        parts.append(
+            f'<path d="M{MARGIN} {y}H{WIDTH - MARGIN}" stroke="#ddd"/><text x="4" y="{y}">{10.0**power:g}</text>'
+        )
     parts.append(f'<text x="{WIDTH - MARGIN - 60}" y="{HEIGHT - 8}">{last} steps</text>')
     for i, (name, curve) in enumerate(curves.items()):
         color = COLORS[i % len(COLORS)]
         line = " ".join(place(*point) for point in curve)
         parts.append(f'<polyline points="{line}" fill="none" stroke="{color}" stroke-width="1.5"/>')
-        parts.append(f'<text x="{WIDTH - MARGIN + 8}" y="{30 + 18 * i}" style="fill:{color}">{html.escape(name)}</text>')
+        parts.append(
+            f'<text x="{WIDTH - MARGIN + 8}" y="{30 + 18 * i}" style="fill:{color}">{html.escape(name)}</text>'
+        )
     return "".join(parts) + "</svg>"
 
 
@@ -90,7 +96,11 @@ def _crop(pictures: Pictures) -> str:
     for name in ("total", "direct", "indirect"):
         ours, reference = pictures.ours[name], pictures.reference[name]
         error = ((ours - reference) ** 2 / (reference**2 + 0.01)).mean(0, keepdim=True).expand(3, -1, -1)
-        cells = (("ours", tone(ours)), ("reference", tone(reference)), ("relative squared error, white: 1", _bytes(error)))
+        cells = (
+            ("ours", tone(ours)),
+            ("reference", tone(reference)),
+            ("relative squared error, white: 1", _bytes(error)),
+        )
         images = "".join(f'<div><img alt="" src="{data_url(image)}">{name}, {what}</div>' for what, image in cells)
         rows.append(f'<div class="row">{images}</div>')
     return f"<figure>{''.join(rows)}</figure>"

@@ -5,10 +5,10 @@ Of each light k (unit power; shares weigh the sums over lights, so that all is l
     visibility   a U-Net on the distances of eq. 2, at half resolution, and a small head: V of the diffuse and of the
                  glossy lobe
     direct       T_l = sum s_k (D_k + G_k),  T_d = sum s_k (V_k,d D_k + V_k,g G_k), the clues D and G being exact
-    transfer     z_i = mean of an MLP over the texels of the RSM; gates of each pixel (half resolution) weigh it: sum s_k g_k z_i,k
-
-    indirect     a U-Net in screen space on geometry, the transfer, direct light and the clues, then a decoder at full resolution:
-                 albedo * (factor * bounce + residue) + (F0 + b) * (radiance + gated mirror clue)
+    transfer     z_i = mean of an MLP over the texels of the RSM; each pixel's gates (half resolution) weigh it:
+                 sum s_k g_k z_i,k
+    indirect     a U-Net in screen space on geometry, transfer, direct light and clues, then a decoder at full
+                 resolution: albedo * (factor * bounce + residue) + (F0 + b) * (radiance + gated mirror clue)
 
 Nothing is absolute: lengths are in units of the scene and positions relative to light or eye, so moving or scaling the
 scene changes nothing.

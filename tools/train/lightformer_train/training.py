@@ -1,8 +1,8 @@
 """The loop: steps of Adam with cosine decay, a running mean of the weights, checkpoints, judgements, the report.
 
 Everything follows from settings, data and the number of steps: batches are drawn from seed and step, and the learning
-rate of the first steps, which are timed to turn minutes into steps, does not depend on how many there will be. So `--steps`
-with the recorded number repeats a run of `--minutes`, and a resumed run equals one that was not interrupted.
+rate of the first steps, which are timed to turn minutes into steps, does not depend on how many there will be. So
+`--steps` with the recorded number repeats a run of `--minutes`, and a resumed run equals one that was not interrupted.
 """
 
 import io
@@ -246,7 +246,13 @@ class Trainer:
             self.settings.preset, self.settings.without, command, self.dataset.hash, found.as_json()
         )
         network_file.save(self.output, self.mean, description.notes())
-        text = page(self.output.stem, self._facts(command), self.history, found, pictures[:: max(1, len(pictures) // SHOWN_CROPS)])
+        text = page(
+            self.output.stem,
+            self._facts(command),
+            self.history,
+            found,
+            pictures[:: max(1, len(pictures) // SHOWN_CROPS)],
+        )
         weights.write_atomically(self.output.with_suffix(".html"), text.encode())
         self._checkpoint.unlink(missing_ok=True)
 
@@ -258,7 +264,8 @@ class Trainer:
             "data": f"{len(self.learn)} crops to learn from, {len(self.test)} held out, hash {self.dataset.hash}",
             "network": f"{checked.parameters} parameters, {cost.per_pixel(2):.0f} multiply-adds a pixel with 2 lights",
             "speed": f"{speed:.2f} steps/s, {self.flops * speed / 1e9:.0f} GFLOP/s in matrix products",
-            "machine": f"{self.device}, {self.threads} threads, {self.processes.count} processes, {self.network.precision}",
+            "machine": f"{self.device}, {self.threads} threads, {self.processes.count} processes",
+            "products in": str(self.network.precision).removeprefix("torch."),
         }
 
     # ---- checkpoints

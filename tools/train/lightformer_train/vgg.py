@@ -13,7 +13,11 @@ from torch import Tensor
 
 from . import weights
 
-BLOCKS = (2, 2, 3)  # convolutions before the first, second and third pooling; deeper features see too much for a shadow's edge
+BLOCKS = (
+    2,
+    2,
+    3,
+)  # convolutions before the first, second and third pooling; deeper features see too much for a shadow's edge
 MEAN = (0.485, 0.456, 0.406)
 DEVIATION = (0.229, 0.224, 0.225)
 

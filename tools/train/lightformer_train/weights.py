@@ -104,7 +104,9 @@ def read(path: Path) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     tensors = {}
     for name, entry in header.items():
         first, last = entry["data_offsets"]
-        array = np.frombuffer(data, DTYPES[entry["dtype"]], (last - first) // DTYPES[entry["dtype"]].itemsize, begin + first)
+        array = np.frombuffer(
+            data, DTYPES[entry["dtype"]], (last - first) // DTYPES[entry["dtype"]].itemsize, begin + first
+        )
         tensors[name] = array.reshape(entry["shape"])
     return tensors, notes
 
