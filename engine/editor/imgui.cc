@@ -51,8 +51,7 @@ bool ng_imgui_has_pointer(void)
 bool ng_imgui_window_begin(const char *title, float x, float y)
 {
     ImGui::SetNextWindowPos(ImVec2(x, y), ImGuiCond_FirstUseEver);
-    return ImGui::Begin(title, nullptr,
-                        ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
+    return ImGui::Begin(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize);
 }
 
 void ng_imgui_window_end(void)

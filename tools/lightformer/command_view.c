@@ -231,7 +231,7 @@ static void draw_captions(struct viewer *v)
     if (!comparison)
         return;
     describe_side(v, VIEW_RIGHT, text, sizeof text);
-    ng_ui_caption(v->ui, -edge, comparison == NG_COMPARE_SPLIT ? -edge : -edge - line, "%s", text);
+    ng_ui_caption(v->ui, -edge, -edge - line, "%s", text); // higher, since both may be long
     if (comparison == NG_COMPARE_DIFFERENCE)
         ng_ui_caption(v->ui, -edge, edge, "orange: left is brighter; blue: darker; full colour: by %.0f %%",
                       100 * (double)NG_DIFFERENCE_FULL);

@@ -7,7 +7,7 @@
 
 #define LAYERS_A_LINE 5
 #define EDGE          8.0f
-#define TIMES_Y       220.0f // below the choices
+#define TIMES_Y       245.0f // below the choices
 
 static void choose_comparison(struct ng_ui *ui, struct view_picture *p)
 {
