@@ -42,6 +42,7 @@ class Checks(unittest.TestCase):
             "nothing is finer": {"op": "up", "in": ["pixel.normal"], "out": "x"},
             "a value of a light": {"op": "sum", "in": ["pixel.normal"], "out": "x"},
             "one number a light": {"op": "sum", "in": ["view.diffuse", "light.color"], "out": "x"},
+            "what only the gather knows": linear("texel.flux", "light.share"),
             "a name of its own": linear("pixel.normal", out="pixel.mask"),
         }
         for message, operation in cases.items():

@@ -134,4 +134,4 @@ class Batches(unittest.TestCase):
                 a, b = rough(inputs, lights), exact(inputs, lights)
             for name in a:
                 error = float(((a[name] - b[name]) ** 2).mean() / (b[name] ** 2).mean())
-                self.assertLess(error, 1e-3, f"{preset} {name}")
+                self.assertLess(error, 1e-5, f"{preset} {name}")

@@ -128,6 +128,8 @@ def _check_operation(checked: Checked, operation: Operation) -> None:
     inputs = [_find(checked, name) for name in names]
     value = handler(checked, operation, inputs)
     gather = value.gather or any(i.gather for i in inputs)
+    if gather and value.domain in ROWS:
+        raise ProgramError("rows cannot be made of what only the gather knows")
     checked.values[out] = Value(value.domain, value.channels, value.level, gather)
 
 

@@ -20,7 +20,7 @@ class Pictures:
 
 @dataclass
 class Quality:
-    """Means over crops. RSE as in lightformer/metrics: radiance is first divided by the mean of the crop's reference."""
+    """Means over crops. RSE as in lightformer/metrics: divided by the mean of the crop's reference."""
 
     rse: dict[str, float]
     mean_ratio: dict[str, float]  # mean of ours / mean of the reference
