@@ -3,7 +3,6 @@
 #include "lightformer/net/executor_internal.h"
 
 #include "base/log.h"
-#include "base/system.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -186,7 +185,6 @@ static void clear_empty(const struct lf_run *run, const struct lf_net_light_inpu
 static ng_result run_stage(struct lf_run *run, const struct lf_net_light_inputs *rows)
 {
     struct lf_net_executor *e = run->executor;
-    uint64_t start = ng_clock_ns();
     for (uint32_t i = e->plan.stage_begin[run->stage]; i < e->plan.stage_begin[run->stage + 1]; i++) {
         run->segment = &e->plan.segments.items[i];
         set_grid(run, rows);
@@ -198,7 +196,6 @@ static ng_result run_stage(struct lf_run *run, const struct lf_net_light_inputs 
         finish_reductions(run);
         clear_empty(run, rows);
     }
-    e->stage_ns[run->stage] += ng_clock_ns() - start;
     return NG_OK;
 }
 

@@ -19,8 +19,12 @@ struct lf_run_light {
     const struct lf_stored_image *images; // of its encoding
 };
 
+// Of the kinds of codes; the last is that of convolutions.
+#define LF_FIGURE_CONV  LF_CODE_COUNT
+#define LF_FIGURE_COUNT (LF_CODE_COUNT + 1)
+
 struct lf_figures {
-    uint64_t ns[LF_CODE_COUNT], calls[LF_CODE_COUNT], multiplications[LF_CODE_COUNT];
+    uint64_t ns[LF_FIGURE_COUNT], tiles[LF_FIGURE_COUNT], multiplications[LF_FIGURE_COUNT];
 };
 
 struct lf_worker {
@@ -40,7 +44,6 @@ struct lf_net_executor {
     NG_ARRAY(float) frame, vectors, light_biases, sums;
     NG_ARRAY(struct lf_run_light) lights;
     bool profiling;
-    uint64_t stage_ns[LF_STAGE_COUNT];
 };
 
 struct lf_net_encoding {

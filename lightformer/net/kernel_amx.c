@@ -78,6 +78,7 @@ static void configure(uint32_t rows)
         t.bytes[i] = (uint16_t)(i == 4 || i == 5 ? 4 * rows : 64);
         t.rows[i] = (uint8_t)(i >= 6 ? rows : TILE_ROWS);
     }
+    __asm__ volatile("" : : "r"(&t) : "memory"); // GCC 12 believes that the next line reads eight bytes
     _tile_loadconfig(&t);
 }
 

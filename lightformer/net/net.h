@@ -123,4 +123,24 @@ NG_NODISCARD ng_result lf_net_gather(struct lf_net_executor *executor, const str
                                      const struct lf_net_gathered *lights, uint32_t light_count,
                                      const struct lf_net_radiance *out);
 
+// ---- Where the time goes
+// -------------------------------------------------------------------------------------
+
+// Of one kind of operation in one stage, since profiling began; time is that of all threads together.
+struct lf_net_figure {
+    const char *stage;     // "light", "view", "gather"
+    const char *operation; // "linear", "conv", "load", ...
+    double ms, gflop;      // gflop: of multiplications and additions; 0 where they are not counted
+    uint64_t tiles;        // how often it ran
+};
+#define LF_NET_MAX_FIGURES 128
+
+// Starts anew, or stops. Reading the clock around every operation of a tile costs some percent.
+void lf_net_profile(struct lf_net_executor *executor, bool on);
+// Returns how many; those that never ran are left out.
+uint32_t lf_net_figures(const struct lf_net_executor *executor, struct lf_net_figure out[LF_NET_MAX_FIGURES]);
+// GFLOP/s of a kernel's multiplication in registers, on all threads: the roof of its products. 0 where the
+// CPU does not have it.
+double lf_net_peak(enum lf_net_kernel kernel, struct ng_jobs *jobs);
+
 #endif

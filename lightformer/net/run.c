@@ -403,9 +403,11 @@ static void run_codes(const struct tile *t, uint32_t begin, uint32_t end)
         uint64_t start = figures ? ng_clock_ns() : 0;
         run_code(t, code);
         if (figures) {
-            figures->ns[code->kind] += ng_clock_ns() - start;
-            figures->calls[code->kind]++;
-            figures->multiplications[code->kind] += multiplications(t, code);
+            bool conv = code->kind == LF_CODE_PRODUCT && code->op->kind == LF_OP_CONV;
+            uint32_t kind = conv ? LF_FIGURE_CONV : (uint32_t)code->kind;
+            figures->ns[kind] += ng_clock_ns() - start;
+            figures->tiles[kind]++;
+            figures->multiplications[kind] += multiplications(t, code);
         }
     }
 }

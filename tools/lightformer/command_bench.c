@@ -3,6 +3,7 @@
 // Two runs over the same frames. The first is the scene as anybody would draw it: frame time, passes, memory.
 // The second redraws every light in every frame and adds passes that draw depth alone; it gives the ratios,
 // which mean the same on any machine, and nothing else.
+#include "bench_net.h"
 #include "bench_reference.h"
 #include "commands.h"
 #include "json.h"
@@ -26,8 +27,8 @@ struct bench {
     const char *scene, *device;
     uint32_t frames, threads, method;
     struct cli_size size;
-    bool reference, json;
-    uint32_t samples;
+    bool reference, net, json;
+    uint32_t samples, lights, kernel;
 };
 
 static const struct cli_option options[] = {
@@ -54,6 +55,24 @@ static const struct cli_option options[] = {
      .min = 1,
      .max = 1e6,
      .doc = "paths a pixel of each of five rounds (--reference)"},
+    {.name = "--net",
+     .kind = CLI_FLAG,
+     .offset = offsetof(struct bench, net),
+     .doc = "instead: SCENE is a network (.safetensors); its stages and operations on made-up inputs"},
+    {.name = "--lights",
+     .kind = CLI_COUNT,
+     .offset = offsetof(struct bench, lights),
+     .value = "N",
+     .fallback = "2",
+     .max = 1024,
+     .doc = "how many lights (--net)"},
+    {.name = "--kernel",
+     .kind = CLI_CHOICE,
+     .offset = offsetof(struct bench, kernel),
+     .value = "NAME",
+     .fallback = "auto",
+     .choice = bench_net_kernel,
+     .doc = "how numbers are multiplied (--net)"},
     CLI_THREADS(struct bench),
     CLI_DEVICE(struct bench),
     CLI_JSON(struct bench),
@@ -409,7 +428,16 @@ static int run(const void *args)
     const struct bench *b = args;
     const struct bench_reference_params reference = {
         .scene = b->scene, .size = b->size, .samples = b->samples, .threads = b->threads, .json = b->json};
-    ng_result result = b->reference ? bench_reference(&reference) : measure_frames(b);
+    const struct bench_net_params net = {.network = b->scene,
+                                         .size = b->size,
+                                         .lights = b->lights,
+                                         .frames = b->frames,
+                                         .threads = b->threads,
+                                         .kernel = b->kernel,
+                                         .json = b->json};
+    ng_result result = b->net         ? bench_net(&net)
+                       : b->reference ? bench_reference(&reference)
+                                      : measure_frames(b);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;
 }
 

@@ -1,4 +1,5 @@
 // lightformer net: what a network is; or runs it on inputs from a file, for comparison with other executors.
+#include "bench_net.h"
 #include "commands.h"
 #include "json.h"
 
@@ -15,11 +16,6 @@ struct net {
     uint32_t kernel, threads;
     bool json;
 };
-
-static const char *kernel_name(uint32_t index)
-{
-    return index <= LF_KERNEL_AMX ? lf_net_kernel_name((enum lf_net_kernel)index) : NULL;
-}
 
 static const struct cli_option options[] = {
     CLI_ARGUMENT(struct net, file, "NETWORK", "a weights file (.safetensors)"),
@@ -39,7 +35,7 @@ static const struct cli_option options[] = {
      .offset = offsetof(struct net, kernel),
      .value = "NAME",
      .fallback = "auto",
-     .choice = kernel_name,
+     .choice = bench_net_kernel,
      .doc = "how numbers are multiplied"},
     CLI_THREADS(struct net),
     CLI_JSON(struct net),

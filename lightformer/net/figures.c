@@ -1,0 +1,91 @@
+// Where the executor's time goes, and how fast its multiplications could be.
+#include "lightformer/net/executor_internal.h"
+
+#include "base/system.h"
+
+#include <string.h>
+
+#define PEAK_ROUNDS 200000u // a few milliseconds
+#define PEAK_TRIES  5
+
+static const char *const stage_names[LF_STAGE_COUNT] = {"light", "view", "gather"};
+static const char *const figure_names[LF_FIGURE_COUNT] = {
+    [LF_CODE_LOAD_INPUT] = "load input",
+    [LF_CODE_LOAD_VECTOR] = "load vector",
+    [LF_CODE_SPREAD] = "spread vector",
+    [LF_CODE_LOAD_IMAGE] = "load image",
+    [LF_CODE_LOAD_PACKED] = "load packed image",
+    [LF_CODE_PACK] = "pack",
+    [LF_CODE_PRODUCT] = "linear",
+    [LF_FIGURE_CONV] = "conv",
+    [LF_CODE_PAIRWISE] = "pairwise",
+    [LF_CODE_EACH] = "elementwise",
+    [LF_CODE_COPY] = "copy",
+    [LF_CODE_DOT] = "dot",
+    [LF_CODE_NORMALIZE] = "normalize",
+    [LF_CODE_RESAMPLE] = "resample",
+    [LF_CODE_CLEAR] = "clear",
+    [LF_CODE_ADD_SCALED] = "sum over lights",
+    [LF_CODE_ATTEND] = "attend",
+    [LF_CODE_ATTEND_END] = "end of attend",
+    [LF_CODE_STORE_IMAGE] = "store image",
+    [LF_CODE_STORE_PACKED] = "store packed image",
+    [LF_CODE_STORE_VECTOR] = "store vector",
+    [LF_CODE_STORE_OUTPUT] = "store output",
+    [LF_CODE_REDUCE] = "sum over rows",
+};
+
+void lf_net_profile(struct lf_net_executor *executor, bool on)
+{
+    executor->profiling = on;
+    for (size_t i = 0; on && i < executor->workers.count; i++)
+        memset(executor->workers.items[i].figures, 0, sizeof executor->workers.items[i].figures);
+}
+
+uint32_t lf_net_figures(const struct lf_net_executor *executor, struct lf_net_figure out[LF_NET_MAX_FIGURES])
+{
+    uint32_t count = 0;
+    for (uint32_t stage = 0; stage < LF_STAGE_COUNT; stage++)
+        for (uint32_t kind = 0; kind < LF_FIGURE_COUNT; kind++) {
+            struct lf_net_figure figure = {.stage = stage_names[stage], .operation = figure_names[kind]};
+            for (size_t i = 0; i < executor->workers.count; i++) {
+                const struct lf_figures *f = &executor->workers.items[i].figures[stage];
+                figure.ms += (double)f->ns[kind] * 1e-6;
+                figure.gflop += (double)f->multiplications[kind] * 2e-9;
+                figure.tiles += f->tiles[kind];
+            }
+            if (figure.tiles)
+                out[count++] = figure;
+        }
+    return count;
+}
+
+struct peak {
+    const struct lf_kernel *kernel;
+};
+
+static void run_peak(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    const struct peak *peak = user;
+    NG_UNUSED(worker);
+    for (; begin < end; begin++)
+        peak->kernel->peak(PEAK_ROUNDS);
+}
+
+// The best of a few tries: others may need the processor too.
+double lf_net_peak(enum lf_net_kernel kernel, struct ng_jobs *jobs)
+{
+    struct peak peak = {lf_kernel_find(kernel)};
+    uint32_t threads = ng_jobs_threads(jobs);
+    double best = 0;
+    if (!peak.kernel)
+        return 0;
+    double gflop = peak.kernel->peak(1) * PEAK_ROUNDS * threads;
+    for (int i = 0; i < PEAK_TRIES; i++) {
+        uint64_t start = ng_clock_ns();
+        ng_jobs_for(jobs, threads, 1, run_peak, &peak);
+        double speed = gflop * 1e9 / (double)(ng_clock_ns() - start);
+        best = speed > best ? speed : best;
+    }
+    return best;
+}

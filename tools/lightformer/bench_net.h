@@ -1,0 +1,22 @@
+// lightformer bench NETWORK --net: how long a network's stages take on made-up inputs, and where the time
+// goes.
+#ifndef LIGHTFORMER_BENCH_NET_H
+#define LIGHTFORMER_BENCH_NET_H
+
+#include "options.h"
+
+#include "base/result.h"
+
+struct bench_net_params {
+    const char *network;
+    struct cli_size size;
+    uint32_t lights, frames, threads, kernel; // enum lf_net_kernel
+    bool json;
+};
+
+// Names of kernels by enum lf_net_kernel; null past the last.
+const char *bench_net_kernel(uint32_t index);
+
+NG_NODISCARD ng_result bench_net(const struct bench_net_params *params);
+
+#endif
