@@ -19,6 +19,7 @@ struct run {
     struct lf_dataset_report *report;
     struct lf_scene_sampler *sampler;
     struct lf_observer *observer;
+    struct lf_sample_writer *writer;
     struct lf_manifest manifest;
     uint32_t per_shard, done; // samples
 };
@@ -69,7 +70,7 @@ static void make_settings(const struct lf_dataset_params *p, struct lf_settings 
     };
     struct lf_setting *note = s->items;
     char word[32];
-    put_word(note++, "format", "1");
+    put_word(note++, "format", "2");
     put_word(note++, "program", p->program);
     put_word(note++, "scene", p->scene);
     snprintf(word, sizeof word, "%016" PRIx64, p->scene_hash);
@@ -111,6 +112,7 @@ static ng_result make_sample(struct run *run, uint64_t seed, struct lf_tensors *
                                             .crop = run->p.crop,
                                             .crops = run->p.crops,
                                             .spp = run->p.spp,
+                                            .vpls = run->p.vpls,
                                             .depth = run->p.depth,
                                             .jobs = run->p.jobs};
     double *spent = run->report->spent;
@@ -119,17 +121,16 @@ static ng_result make_sample(struct run *run, uint64_t seed, struct lf_tensors *
     uint64_t begin = ng_clock_ns();
     NG_TRY(lf_scene_sampler_begin(run->sampler, seed, &sample));
     uint64_t varied = ng_clock_ns();
-    ng_result result = lf_observe(run->observer,
-                                  &(struct lf_observe_params){.snapshot = sample.snapshot,
-                                                              .width = run->p.size,
-                                                              .height = run->p.size,
-                                                              .vpl_count = run->p.vpls},
-                                  &observation);
+    ng_result result = lf_observe(
+        run->observer,
+        &(struct lf_observe_params){
+            .snapshot = sample.snapshot, .width = run->p.size, .height = run->p.size, .pixels_only = true},
+        &observation);
     uint64_t observed = ng_clock_ns();
     spent[LF_STAGE_VARY] += (double)(varied - begin) * 1e-9;
     spent[LF_STAGE_OBSERVE] += (double)(observed - varied) * 1e-9;
     if (result == NG_OK)
-        result = lf_sample_write(&sample, &observation, &params, out, spent);
+        result = lf_sample_write(run->writer, &sample, &observation, &params, out, spent);
     ng_result ended = lf_scene_sampler_end(run->sampler);
     return result != NG_OK ? result : ended;
 }
@@ -275,9 +276,12 @@ ng_result lf_dataset_make(const struct lf_dataset_params *params, struct lf_data
     if (result == NG_OK)
         result = lf_observer_create(run.p.gpu, run.p.jobs, &run.observer);
     if (result == NG_OK)
+        result = lf_sample_writer_create(&run.writer);
+    if (result == NG_OK)
         result = open_manifest(&run);
     if (result == NG_OK)
         result = do_shards(&run);
+    lf_sample_writer_destroy(&run.writer);
     lf_observer_destroy(&run.observer);
     lf_scene_sampler_destroy(&run.sampler);
     lf_manifest_finish(&run.manifest);

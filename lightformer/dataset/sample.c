@@ -1,5 +1,5 @@
-// Crops are chosen by the seed alone. Pictures become planes, [channel][row][column], as convolutions want
-// them; halfs of the G-buffer stay the halfs that they are.
+// Crops are chosen by the seed alone. The inputs of the network lie in memory as the network takes them, so
+// that writing one is cutting crops out of its planes.
 #include "lightformer/dataset/sample.h"
 
 #include "base/half.h"
@@ -8,8 +8,9 @@
 #include "base/rng.h"
 #include "base/system.h"
 #include "lightformer/dataset/sampler.h"
+#include "lightformer/encode/encode.h"
 #include "lightformer/reference/reference.h"
-#include "render/frame.h"
+#include "render/snapshot.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -17,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const lf_stage_names[LF_STAGES] = {"vary", "observe", "lookup", "trace", "write"};
+const char *const lf_stage_names[LF_STAGES] = {"vary", "observe", "encode", "trace", "write"};
 
 #define CROP_STREAM 0x63726f70u // of the seed's random numbers: far from those of variations
 
@@ -25,9 +26,16 @@ struct crop {
     uint32_t x, y;
 };
 
+struct lf_sample_writer {
+    struct lf_pixel_clues *pixels;
+    NG_ARRAY(struct lf_light_clues *) lights; // of the sample the first `used`
+    uint32_t used;
+};
+
 struct job {
+    struct lf_sample_writer *writer;
     const struct lf_sample *sample;
-    const struct lf_observation *observation;
+    const struct lf_gbuffer *gbuffer;
     const struct lf_sample_params *params;
     struct lf_tensors *out;
     struct crop *crops;
@@ -102,8 +110,6 @@ static ng_result write_frame(const struct job *job)
     return NG_OK;
 }
 
-// ---- G-buffer --------------------------------------------------------------------------------------------
-
 // The frame's pixel under pixel `i` of a crop.
 static size_t frame_pixel(const struct job *job, const struct crop *c, size_t i)
 {
@@ -111,184 +117,198 @@ static size_t frame_pixel(const struct job *job, const struct crop *c, size_t i)
     return (size_t)(c->y + i / crop) * job->params->size + c->x + i % crop;
 }
 
-static ng_result write_positions(const struct job *job)
+static ng_result write_emission(const struct job *job)
 {
-    float *position = add_planes(job, "gbuffer.position", LF_F32, 3);
-    uint8_t *mask = position ? add_planes(job, "gbuffer.mask", LF_U8, 1) : NULL;
-    size_t n = plane(job);
-    if (!mask)
-        return NG_ERROR_MEMORY;
-    for (uint32_t k = 0; k < job->params->crops; k++)
-        for (size_t i = 0; i < n; i++) {
-            const float *from = job->observation->gbuffer.position + 4 * frame_pixel(job, &job->crops[k], i);
-            for (size_t c = 0; c < 3; c++)
-                position[(k * 3 + c) * n + i] = from[c];
-            mask[k * n + i] = from[3] > 0;
-            if (!isfinite(from[0] + from[1] + from[2]))
-                return not_finite(job, "gbuffer.position",
-                                  job->crops[k].x + (uint32_t)(i % job->params->crop),
-                                  job->crops[k].y + (uint32_t)(i / job->params->crop));
-        }
-    return NG_OK;
-}
-
-// Some channels of a picture of halfs.
-static ng_result write_halfs(const struct job *job, const char *name, const uint16_t *picture,
-                             uint32_t first_channel, uint32_t channels)
-{
-    uint16_t *to = add_planes(job, name, LF_F16, channels);
+    uint16_t *to = add_planes(job, "gbuffer.emission", LF_F16, 3);
     size_t n = plane(job);
     if (!to)
         return NG_ERROR_MEMORY;
     for (uint32_t k = 0; k < job->params->crops; k++)
         for (size_t i = 0; i < n; i++) {
-            const uint16_t *from = picture + 4 * frame_pixel(job, &job->crops[k], i) + first_channel;
-            for (size_t c = 0; c < channels; c++) {
-                to[(k * channels + c) * n + i] = from[c];
+            const uint16_t *from = job->gbuffer->emission + 4 * frame_pixel(job, &job->crops[k], i);
+            for (size_t c = 0; c < 3; c++) {
+                to[(k * 3 + c) * n + i] = from[c];
                 if ((from[c] & 0x7c00) == 0x7c00)
-                    return not_finite(job, name, job->crops[k].x + (uint32_t)(i % job->params->crop),
+                    return not_finite(job, "gbuffer.emission",
+                                      job->crops[k].x + (uint32_t)(i % job->params->crop),
                                       job->crops[k].y + (uint32_t)(i / job->params->crop));
             }
         }
     return NG_OK;
 }
 
-static ng_result write_gbuffer(const struct job *job)
+// ---- inputs of the network -------------------------------------------------------------------------------
+
+// Clues for one more light.
+static ng_result reserve_light(struct lf_sample_writer *w)
 {
-    const struct lf_gbuffer *g = &job->observation->gbuffer;
-    NG_TRY(write_positions(job));
-    NG_TRY(write_halfs(job, "gbuffer.normal", g->normal, 0, 3));
-    NG_TRY(write_halfs(job, "gbuffer.roughness", g->normal, 3, 1));
-    NG_TRY(write_halfs(job, "gbuffer.diffuse", g->diffuse, 0, 3));
-    NG_TRY(write_halfs(job, "gbuffer.specular", g->specular, 0, 3));
-    return write_halfs(job, "gbuffer.emission", g->emission, 0, 3);
+    if (w->used < w->lights.count)
+        return NG_OK;
+    struct lf_light_clues *clues;
+    NG_TRY(lf_light_clues_create(&clues));
+    if (ng_array_push(&w->lights, clues))
+        return NG_OK;
+    lf_light_clues_destroy(&clues);
+    return ng_out_of_memory("the inputs of a light");
 }
 
-// ---- lights ----------------------------------------------------------------------------------------------
-
-static ng_result write_proxies(const struct job *job)
+// Of the lights that shine.
+static ng_result encode(const struct job *job)
 {
-    const struct lf_observation *o = job->observation;
-    const uint64_t shape[] = {o->light_count, 3};
-    float *power = add(job, "light.power", LF_F32, 2, shape);
-    float *proxy = power ? add(job, "light.proxy", LF_F32, 2, shape) : NULL;
-    float *look = proxy ? add(job, "light.look", LF_F32, 2, shape) : NULL;
-    int32_t *kind = look ? add(job, "light.kind", LF_I32, 1, shape) : NULL;
-    if (!kind)
-        return NG_ERROR_MEMORY;
-    for (size_t l = 0; l < o->light_count; l++) {
-        memcpy(power + 3 * l, o->lights[l].power, 3 * sizeof *power);
-        memcpy(proxy + 3 * l, o->lights[l].data.proxy, 3 * sizeof *proxy);
-        memcpy(look + 3 * l, o->lights[l].data.look, 3 * sizeof *look);
-        kind[l] = (int32_t)o->lights[l].data.vpl_kind;
+    struct lf_sample_writer *w = job->writer;
+    const struct ng_snapshot *s = job->sample->snapshot;
+    const struct lf_encode_scene scene = {.tracer = job->sample->tracer, .jobs = job->params->jobs};
+    const struct lf_encode_light_params params = {.vpl_count = job->params->vpls};
+    NG_TRY(lf_encode_pixels(&scene,
+                            &(struct lf_encode_pixels_params){.gbuffer = *job->gbuffer,
+                                                              .width = job->params->size,
+                                                              .height = job->params->size},
+                            w->pixels));
+    w->used = 0;
+    for (uint32_t i = 0; i < s->light_count; i++) {
+        if (!(ng_light_power(&s->lights[i].source) > 0))
+            continue;
+        NG_TRY(reserve_light(w));
+        struct lf_light_clues *light = w->lights.items[w->used++];
+        NG_TRY(lf_encode_light(&scene, i, &params, light));
+        NG_TRY(lf_encode_view(&scene, w->pixels, light));
     }
+    lf_encode_powers(s, w->pixels, w->lights.items, w->used);
     return NG_OK;
 }
 
-static ng_result write_vpls(const struct job *job)
-{
-    const struct lf_observation *o = job->observation;
-    const uint64_t shape[] = {o->light_count, o->vpl_count, 3};
-    float *position = add(job, "vpl.position", LF_F32, 3, shape);
-    float *normal = position ? add(job, "vpl.normal", LF_F32, 3, shape) : NULL;
-    float *radiance = normal ? add(job, "vpl.radiance", LF_F32, 3, shape) : NULL;
-    float *power = radiance ? add(job, "vpl.power", LF_F32, 3, shape) : NULL;
-    float *pdf = power ? add(job, "vpl.pdf", LF_F32, 2, shape) : NULL;
-    if (!pdf)
-        return NG_ERROR_MEMORY;
-    for (uint32_t l = 0; l < o->light_count; l++)
-        for (uint32_t i = 0; i < o->vpl_count; i++) {
-            const struct ng_light_sample *v = &o->lights[l].vpls[i];
-            size_t at = (size_t)l * o->vpl_count + i;
-            memcpy(position + 3 * at, v->position, sizeof v->position);
-            memcpy(normal + 3 * at, v->normal, sizeof v->normal);
-            memcpy(radiance + 3 * at, v->radiance, sizeof v->radiance);
-            memcpy(power + 3 * at, v->power, sizeof v->power);
-            pdf[at] = v->pdf;
-            if (!isfinite(v->power[0] + v->power[1] + v->power[2] + v->pdf))
-                return not_finite(job, "vpl.power of light, VPL", l, i);
-        }
-    return NG_OK;
-}
-
-static uint32_t most_views(const struct lf_observation *o)
-{
-    uint32_t most = 0;
-    for (uint32_t l = 0; l < o->light_count; l++)
-        most = o->lights[l].rsm_views > most ? o->lights[l].rsm_views : most;
-    return most;
-}
-
-static ng_result write_rsm(const struct job *job)
-{
-    enum { TEXELS = NG_RSM_SIZE * NG_RSM_SIZE };
-    const struct lf_observation *o = job->observation;
-    const uint64_t views = most_views(o);
-    const uint64_t shape[] = {o->light_count, views, 3, NG_RSM_SIZE, NG_RSM_SIZE};
-    const uint64_t mask_shape[] = {o->light_count, views, NG_RSM_SIZE, NG_RSM_SIZE};
-    float *position = add(job, "rsm.position", LF_F32, 5, shape);
-    float *flux = position ? add(job, "rsm.flux", LF_F32, 5, shape) : NULL;
-    uint16_t *normal = flux ? add(job, "rsm.normal", LF_F16, 5, shape) : NULL;
-    uint8_t *mask = normal ? add(job, "rsm.mask", LF_U8, 4, mask_shape) : NULL;
-    if (!mask)
-        return NG_ERROR_MEMORY;
-    for (uint32_t l = 0; l < o->light_count; l++)
-        for (size_t v = 0; v < o->lights[l].rsm_views; v++)
-            for (size_t i = 0; i < TEXELS; i++) {
-                const struct lf_light_observation *light = &o->lights[l];
-                size_t from = (v * TEXELS + i) * 4, view = l * views + v;
-                mask[view * TEXELS + i] = light->position[from + 3] > 0;
-                for (size_t c = 0; mask[view * TEXELS + i] && c < 3; c++) {
-                    size_t to = (view * 3 + c) * TEXELS + i;
-                    position[to] = light->position[from + c];
-                    normal[to] = light->normal[from + c];
-                    flux[to] = light->flux[from + c];
-                    if (!isfinite(flux[to]))
-                        return not_finite(job, "rsm.flux of light, texel", l, (uint32_t)(v * TEXELS + i));
-                }
-            }
-    return NG_OK;
-}
-
-// ---- shadow lookups --------------------------------------------------------------------------------------
-
-struct lookup {
-    const struct job *job;
-    float *out; // [crops][lights][2][crop][crop]
+struct input {
+    enum lf_net_input id;
+    const char *name;
+    enum lf_net_domain domain;
+    uint32_t channels;
 };
 
-// One row of one crop for all lights.
-static void look_up_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+static const struct input inputs[] = {
+#define LF_INPUT(id, name, domain, channels, when) {LF_INPUT_##id, name, LF_DOMAIN_##domain, channels},
+#include "lightformer/net/inputs.inc"
+#undef LF_INPUT
+};
+
+// Halfs, but for what is once a frame or a light, for places, and for distances, whose differences matter.
+static enum lf_dtype dtype_of(const struct input *input)
 {
-    NG_UNUSED(worker);
-    const struct lookup *l = user;
-    const struct job *job = l->job;
-    const struct lf_observation *o = job->observation;
-    size_t n = plane(job), crop = job->params->crop;
-    for (size_t row = begin; row < end; row++) {
-        size_t k = row / crop;
-        for (size_t i = row % crop * crop; i < (row % crop + 1) * crop; i++) {
-            const float *position = o->gbuffer.position + 4 * frame_pixel(job, &job->crops[k], i);
-            for (size_t light = 0; position[3] > 0 && light < o->light_count; light++) {
-                const struct lf_light_observation *seen = &o->lights[light];
-                struct lf_depth_map map = {&seen->data, seen->depth, seen->depth_views, seen->face_size};
-                struct lf_shadow s = lf_shadow_lookup(&map, position);
-                float *to = l->out + (k * o->light_count + light) * 2 * n + i;
-                to[0] = s.occluder;
-                to[n] = s.receiver;
-            }
-        }
-    }
+    static const enum lf_net_input precise[] = {
+        LF_INPUT_PIXEL_POSITION, LF_INPUT_PIXEL_DISTANCE, LF_INPUT_VPL_OFFSET,    LF_INPUT_VPL_POSITION,
+        LF_INPUT_TEXEL_OFFSET,   LF_INPUT_TEXEL_POSITION, LF_INPUT_VIEW_DISTANCE, LF_INPUT_VIEW_OCCLUDER};
+    for (size_t i = 0; i < NG_COUNT(precise); i++)
+        if (input->id == precise[i])
+            return LF_F32;
+    return input->domain == LF_DOMAIN_FRAME || input->domain == LF_DOMAIN_LIGHT ? LF_F32 : LF_F16;
 }
 
-static ng_result write_lookups(const struct job *job)
+static const struct lf_net_values *values_of(const struct job *job, uint32_t light)
 {
-    const struct lf_sample_params *p = job->params;
-    const uint64_t shape[] = {p->crops, job->observation->light_count, 2, p->crop, p->crop};
-    struct lookup lookup = {job, add(job, "shadow.distance", LF_F32, 5, shape)};
-    if (!lookup.out)
+    return lf_light_clues_values(job->writer->lights.items[light]);
+}
+
+static uint32_t rows_of(const struct job *job, const struct input *input, uint32_t light)
+{
+    const struct lf_light_clues *clues = job->writer->lights.items[light];
+    return input->domain == LF_DOMAIN_VPL ? lf_light_clues_vpls(clues) : lf_light_clues_texels(clues);
+}
+
+// Number `index` of a tensor. Halfs end at 65504.
+static void put(void *data, enum lf_dtype dtype, size_t index, float value)
+{
+    if (dtype == LF_F32)
+        ((float *)data)[index] = value;
+    else
+        ((uint16_t *)data)[index] = ng_half_from_float(fminf(fmaxf(value, -65504), 65504));
+}
+
+static ng_result write_frame_input(const struct job *job, const struct input *input)
+{
+    float *to = add(job, input->name, LF_F32, 1, (const uint64_t[]){input->channels});
+    if (!to)
         return NG_ERROR_MEMORY;
-    ng_jobs_for(p->jobs, p->crops * p->crop, 8, look_up_rows, &lookup);
+    memcpy(to, lf_pixel_clues_values(job->writer->pixels)->of[input->id], input->channels * sizeof *to);
+    return NG_OK;
+}
+
+static ng_result write_light_input(const struct job *job, const struct input *input)
+{
+    float *to = add(job, input->name, LF_F32, 2, (const uint64_t[]){job->writer->used, input->channels});
+    if (!to)
+        return NG_ERROR_MEMORY;
+    for (uint32_t l = 0; l < job->writer->used; l++)
+        memcpy(to + (size_t)l * input->channels, values_of(job, l)->of[input->id],
+               input->channels * sizeof *to);
+    return NG_OK;
+}
+
+// As many rows as the light with most has. A light without extent has one direct VPL, which is repeated: its
+// mean stays. Texels that others lack are zeros.
+static ng_result write_rows(const struct job *job, const struct input *input)
+{
+    uint32_t most = 0;
+    for (uint32_t l = 0; l < job->writer->used; l++)
+        most = rows_of(job, input, l) > most ? rows_of(job, input, l) : most;
+    enum lf_dtype dtype = dtype_of(input);
+    void *to = add(job, input->name, dtype, 3, (const uint64_t[]){job->writer->used, input->channels, most});
+    if (!to)
+        return NG_ERROR_MEMORY;
+    for (uint32_t l = 0; l < job->writer->used; l++) {
+        size_t rows = rows_of(job, input, l), filled = input->domain == LF_DOMAIN_VPL ? most : rows;
+        for (size_t c = 0; c < input->channels; c++)
+            for (size_t i = 0; rows && i < filled; i++)
+                put(to, dtype, ((size_t)l * input->channels + c) * most + i,
+                    values_of(job, l)->of[input->id][c * rows + i % rows]);
+    }
+    return NG_OK;
+}
+
+// Crop `k` of planes of the frame (null: zeros), as planes from number `first` on.
+static void cut(const struct job *job, uint32_t k, const float *planes, uint32_t channels,
+                enum lf_dtype dtype, void *to, size_t first)
+{
+    size_t n = plane(job), all = (size_t)job->params->size * job->params->size;
+    for (size_t c = 0; planes && c < channels; c++)
+        for (size_t i = 0; i < n; i++)
+            put(to, dtype, first + c * n + i, planes[c * all + frame_pixel(job, &job->crops[k], i)]);
+}
+
+static ng_result write_pixel_input(const struct job *job, const struct input *input)
+{
+    enum lf_dtype dtype = dtype_of(input);
+    void *to = add_planes(job, input->name, dtype, input->channels);
+    if (!to)
+        return NG_ERROR_MEMORY;
+    for (uint32_t k = 0; k < job->params->crops; k++)
+        cut(job, k, lf_pixel_clues_values(job->writer->pixels)->of[input->id], input->channels, dtype, to,
+            k * input->channels * plane(job));
+    return NG_OK;
+}
+
+static ng_result write_view_input(const struct job *job, const struct input *input)
+{
+    uint32_t lights = job->writer->used, crop = job->params->crop;
+    enum lf_dtype dtype = dtype_of(input);
+    void *to = add(job, input->name, dtype, 5,
+                   (const uint64_t[]){job->params->crops, lights, input->channels, crop, crop});
+    if (!to)
+        return NG_ERROR_MEMORY;
+    for (uint32_t k = 0; k < job->params->crops; k++)
+        for (uint32_t l = 0; l < lights; l++)
+            cut(job, k, values_of(job, l)->of[input->id], input->channels, dtype, to,
+                ((size_t)k * lights + l) * input->channels * plane(job));
+    return NG_OK;
+}
+
+static ng_result write_inputs(const struct job *job)
+{
+    static ng_result (*const write[])(const struct job *, const struct input *) = {
+        [LF_DOMAIN_FRAME] = write_frame_input, [LF_DOMAIN_LIGHT] = write_light_input,
+        [LF_DOMAIN_VPL] = write_rows,          [LF_DOMAIN_TEXEL] = write_rows,
+        [LF_DOMAIN_PIXEL] = write_pixel_input, [LF_DOMAIN_VIEW] = write_view_input,
+    };
+    for (size_t i = 0; i < NG_COUNT(inputs); i++)
+        NG_TRY(write[inputs[i].domain](job, &inputs[i]));
     return NG_OK;
 }
 
@@ -369,24 +389,51 @@ static ng_result timed(double *seconds, ng_result (*stage)(const struct job *), 
 static ng_result copy_inputs(const struct job *job)
 {
     NG_TRY(write_frame(job));
-    NG_TRY(write_gbuffer(job));
-    NG_TRY(write_proxies(job));
-    NG_TRY(write_vpls(job));
-    return write_rsm(job);
+    NG_TRY(write_emission(job));
+    return write_inputs(job);
 }
 
-ng_result lf_sample_write(const struct lf_sample *sample, const struct lf_observation *observation,
-                          const struct lf_sample_params *params, struct lf_tensors *out,
-                          double spent[LF_STAGES])
+ng_result lf_sample_writer_create(struct lf_sample_writer **out)
 {
-    struct job job = {sample, observation, params, out, calloc(params->crops, sizeof *job.crops)};
+    *out = calloc(1, sizeof **out);
+    if (!*out)
+        return ng_out_of_memory("the inputs of a sample");
+    ng_result result = lf_pixel_clues_create(&(*out)->pixels);
+    if (result != NG_OK)
+        lf_sample_writer_destroy(out);
+    return result;
+}
+
+void lf_sample_writer_destroy(struct lf_sample_writer **writer)
+{
+    struct lf_sample_writer *w = *writer;
+    *writer = NULL;
+    if (!w)
+        return;
+    for (size_t i = 0; i < w->lights.count; i++)
+        lf_light_clues_destroy(&w->lights.items[i]);
+    ng_array_finish(&w->lights);
+    lf_pixel_clues_destroy(&w->pixels);
+    free(w);
+}
+
+ng_result lf_sample_write(struct lf_sample_writer *writer, const struct lf_sample *sample,
+                          const struct lf_observation *observation, const struct lf_sample_params *params,
+                          struct lf_tensors *out, double spent[LF_STAGES])
+{
+    struct job job = {.writer = writer,
+                      .sample = sample,
+                      .gbuffer = &observation->gbuffer,
+                      .params = params,
+                      .out = out,
+                      .crops = calloc(params->crops, sizeof *job.crops)};
     if (!job.crops)
         return ng_out_of_memory("the crops of a sample");
     ng_result result = choose_crops(&job);
     if (result == NG_OK)
-        result = timed(&spent[LF_STAGE_WRITE], copy_inputs, &job);
+        result = timed(&spent[LF_STAGE_ENCODE], encode, &job);
     if (result == NG_OK)
-        result = timed(&spent[LF_STAGE_LOOKUP], write_lookups, &job);
+        result = timed(&spent[LF_STAGE_WRITE], copy_inputs, &job);
     if (result == NG_OK)
         result = timed(&spent[LF_STAGE_TRACE], write_targets, &job);
     free(job.crops);

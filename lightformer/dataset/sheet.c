@@ -7,7 +7,6 @@
 #include "base/half.h"
 #include "base/log.h"
 #include "lightformer/dataset/manifest.h"
-#include "render/frame.h"
 #include "shaders/shared/tonemap.h"
 
 #include <inttypes.h>
@@ -126,150 +125,173 @@ static void emission(const struct row *row, size_t i, float out[3])
 
 static void diffuse(const struct row *row, size_t i, float out[3])
 {
-    planes(row, "gbuffer.diffuse", i, out);
+    planes(row, "pixel.diffuse", i, out);
     for (int c = 0; c < 3; c++)
         out[c] = ng_srgb_encode(out[c]);
 }
 
 static void specular(const struct row *row, size_t i, float out[3])
 {
-    planes(row, "gbuffer.specular", i, out);
+    planes(row, "pixel.specular", i, out);
     for (int c = 0; c < 3; c++)
         out[c] = ng_srgb_encode(out[c]);
 }
 
 static void roughness(const struct row *row, size_t i, float out[3])
 {
-    planes(row, "gbuffer.roughness", i, out);
+    planes(row, "pixel.roughness", i, out);
 }
 
 static void normal(const struct row *row, size_t i, float out[3])
 {
-    planes(row, "gbuffer.normal", i, out);
+    planes(row, "pixel.normal", i, out);
     for (int c = 0; c < 3; c++)
         out[c] = out[c] * 0.5f + 0.5f;
 }
 
 static void position(const struct row *row, size_t i, float out[3])
 {
-    const struct lf_tensor *center = tensor(row, "scene.center"), *radius = tensor(row, "scene.radius");
-    planes(row, "gbuffer.position", i, out);
-    for (size_t c = 0; c < 3; c++)
-        out[c] = (out[c] - number(center, c)) / number(radius, 0) * 0.5f + 0.5f;
+    planes(row, "pixel.position", i, out);
+    for (int c = 0; c < 3; c++)
+        out[c] = out[c] * 0.5f + 0.5f;
+}
+
+static void mirror(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "pixel.mirror", i, out);
+}
+
+static void mirror_albedo(const struct row *row, size_t i, float out[3])
+{
+    planes(row, "pixel.mirror_albedo", i, out);
+    for (int c = 0; c < 3; c++)
+        out[c] = ng_srgb_encode(out[c]);
 }
 
 // ---- tiles of a light ------------------------------------------------------------------------------------
 
-static void distances(const struct row *row, size_t i, float *occluder, float *receiver)
+// A pixel of a tensor [crops][lights][channels][side][side].
+static void view(const struct row *row, const char *name, size_t pixel, float out[3])
 {
-    const struct lf_tensor *t = tensor(row, "shadow.distance");
-    size_t n = row->side * row->side, at = (row->crop * row->lights + row->light) * 2 * n + i;
-    *occluder = number(t, at);
-    *receiver = number(t, at + n);
+    const struct lf_tensor *t = tensor(row, name);
+    size_t channels = t->shape[2], n = row->side * row->side, light = row->crop * row->lights + row->light;
+    for (size_t c = 0; c < 3; c++)
+        out[c] = number(t, (light * channels + (c < channels ? c : 0)) * n + pixel);
+}
+
+// What a light's radiance at unit power adds to the picture.
+static void radiance(const struct row *row, const char *name, size_t pixel, float out[3])
+{
+    float share = number(tensor(row, "light.share"), row->light),
+          unit = number(tensor(row, "frame.radiance"), 0);
+    view(row, name, pixel, out);
+    for (int c = 0; c < 3; c++)
+        out[c] *= share * unit;
+    show(row, out);
+}
+
+static void light_diffuse(const struct row *row, size_t i, float out[3])
+{
+    radiance(row, "view.diffuse", i, out);
+}
+
+static void light_glossy(const struct row *row, size_t i, float out[3])
+{
+    radiance(row, "view.glossy", i, out);
+}
+
+static void light_bounce(const struct row *row, size_t i, float out[3])
+{
+    radiance(row, "view.bounce", i, out);
+}
+
+static void light_mirror(const struct row *row, size_t i, float out[3])
+{
+    radiance(row, "view.mirror", i, out);
+}
+
+static void light_mirror_bounce(const struct row *row, size_t i, float out[3])
+{
+    radiance(row, "view.mirror_bounce", i, out);
 }
 
 static void receiver_distance(const struct row *row, size_t i, float out[3])
 {
-    float d, d_f;
-    distances(row, i, &d, &d_f);
-    fill(d_f / number(tensor(row, "scene.radius"), 0) * 0.5f, out);
+    view(row, "view.distance", i, out);
+    fill(out[0] * 0.5f, out);
 }
 
 static void ratio(const struct row *row, size_t i, float out[3])
 {
-    float d, d_f;
-    distances(row, i, &d, &d_f);
-    fill(d_f > 0 ? d / d_f : 1, out);
+    float d[3], d_f[3];
+    view(row, "view.occluder", i, d);
+    view(row, "view.distance", i, d_f);
+    fill(d_f[0] > 0 ? d[0] / d_f[0] : 1, out);
 }
 
-// Blue where something stands before the point, red where the map is beyond it; a tenth of the radius is
-// full.
+// Blue where something stands before the point; a tenth of the radius is full.
 static void difference(const struct row *row, size_t i, float out[3])
 {
-    float d, d_f;
-    distances(row, i, &d, &d_f);
-    float x = (d - d_f) / number(tensor(row, "scene.radius"), 0) * 10;
-    out[0] = 0.2f + x;
-    out[1] = 0.2f;
-    out[2] = 0.2f - x;
-}
-
-static void toward(const float from[3], const struct lf_tensor *to, size_t index, float out[3])
-{
-    float length = 0;
-    for (size_t c = 0; c < 3; c++)
-        out[c] = number(to, index * 3 + c) - from[c];
-    length = sqrtf(dot(out, out));
-    for (int c = 0; length > 0 && c < 3; c++)
-        out[c] /= length;
+    float d[3], d_f[3];
+    view(row, "view.occluder", i, d);
+    view(row, "view.distance", i, d_f);
+    out[0] = out[1] = 0.2f;
+    out[2] = 0.2f + (d_f[0] - d[0]) * 10;
 }
 
 static void light_cosine(const struct row *row, size_t i, float out[3])
 {
-    float p[3], n[3], l[3];
-    const int32_t *kind = tensor(row, "light.kind")->data;
-    planes(row, "gbuffer.position", i, p);
-    planes(row, "gbuffer.normal", i, n);
-    toward(p, tensor(row, "light.proxy"), row->light, l);
-    for (size_t c = 0; kind[row->light] == NG_VPL_DIRECTIONAL && c < 3; c++)
-        l[c] = -number(tensor(row, "light.look"), row->light * 3 + c);
+    float n[3], l[3];
+    planes(row, "pixel.normal", i, n);
+    view(row, "view.direction", i, l);
     fill(dot(n, l), out);
 }
 
 static void view_cosine(const struct row *row, size_t i, float out[3])
 {
-    float p[3], n[3], v[3];
-    planes(row, "gbuffer.position", i, p);
-    planes(row, "gbuffer.normal", i, n);
-    toward(p, tensor(row, "camera.position"), 0, v);
+    float n[3], v[3];
+    planes(row, "pixel.normal", i, n);
+    planes(row, "pixel.view", i, v);
     fill(dot(n, v), out);
 }
 
-// The first four views of a map of the light, two by two.
-static bool rsm_texel(const struct row *row, size_t i, const char *name, float out[3])
+// The rows of the RSM one after another, over the whole tile.
+static void texel(const struct row *row, size_t i, const char *name, float out[3])
 {
-    const struct lf_tensor *t = tensor(row, name), *mask = tensor(row, "rsm.mask");
-    size_t x = i % row->side * 2 * NG_RSM_SIZE / row->side, y = i / row->side * 2 * NG_RSM_SIZE / row->side;
-    size_t view = x / NG_RSM_SIZE + y / NG_RSM_SIZE * 2, texels = NG_RSM_SIZE * NG_RSM_SIZE;
-    size_t texel = y % NG_RSM_SIZE * NG_RSM_SIZE + x % NG_RSM_SIZE, views = t->shape[1];
+    const struct lf_tensor *t = tensor(row, name);
+    size_t rows = t->shape[2], at = i * rows / (row->side * row->side);
     fill(0, out);
-    if (view >= views || !(number(mask, (row->light * views + view) * texels + texel) > 0))
-        return false;
-    for (size_t c = 0; c < 3; c++)
-        out[c] = number(t, ((row->light * views + view) * 3 + c) * texels + texel);
-    return true;
+    for (size_t c = 0; at < rows && c < 3; c++)
+        out[c] = number(t, (row->light * 3 + c) * rows + at);
 }
 
-static void rsm_flux(const struct row *row, size_t i, float out[3])
+static void texel_flux(const struct row *row, size_t i, float out[3])
 {
-    const struct lf_tensor *power = tensor(row, "light.power");
-    float total = 0;
-    for (size_t c = 0; c < 3; c++)
-        total += number(power, row->light * 3 + c) / 3;
-    rsm_texel(row, i, "rsm.flux", out);
+    texel(row, i, "texel.flux", out);
     for (int c = 0; c < 3; c++) // a texel's even share of the light comes out bright
-        out[c] = ng_srgb_encode(total > 0 ? out[c] / total * NG_RSM_SIZE * NG_RSM_SIZE * 3 : 0);
+        out[c] = ng_srgb_encode(out[c]);
 }
 
-static void rsm_normal(const struct row *row, size_t i, float out[3])
+static void texel_normal(const struct row *row, size_t i, float out[3])
 {
-    if (rsm_texel(row, i, "rsm.normal", out))
-        for (int c = 0; c < 3; c++)
-            out[c] = out[c] * 0.5f + 0.5f;
+    texel(row, i, "texel.normal", out);
+    for (int c = 0; c < 3; c++)
+        out[c] = out[c] * 0.5f + 0.5f;
 }
 
-static void rsm_position(const struct row *row, size_t i, float out[3])
+static void texel_position(const struct row *row, size_t i, float out[3])
 {
-    const struct lf_tensor *center = tensor(row, "scene.center"), *radius = tensor(row, "scene.radius");
-    if (rsm_texel(row, i, "rsm.position", out))
-        for (size_t c = 0; c < 3; c++)
-            out[c] = (out[c] - number(center, c)) / number(radius, 0) * 0.5f + 0.5f;
+    texel(row, i, "texel.position", out);
+    for (int c = 0; c < 3; c++)
+        out[c] = out[c] * 0.5f + 0.5f;
 }
 
-static const tile_fn crop_tiles[] = {beauty,   unshadowed, shadow,  indirect, emission,
-                                     position, normal,     diffuse, specular, roughness};
-static const tile_fn light_tiles[] = {receiver_distance, ratio,    difference, light_cosine,
-                                      view_cosine,       rsm_flux, rsm_normal, rsm_position};
+static const tile_fn crop_tiles[] = {beauty, unshadowed, shadow,   indirect,  emission, position,
+                                     normal, diffuse,    specular, roughness, mirror,   mirror_albedo};
+static const tile_fn light_tiles[] = {
+    receiver_distance, ratio,        difference,    light_cosine, view_cosine,
+    light_diffuse,     light_glossy, light_bounce,  light_mirror, light_mirror_bounce,
+    texel_flux,        texel_normal, texel_position};
 
 // ---- the sheet -------------------------------------------------------------------------------------------
 
@@ -313,7 +335,7 @@ static void draw_row(struct sheet *sheet, struct row *row, size_t line)
 // Everything that the tiles read, in the shape that they read it. The shard is whole, but who wrote it?
 static bool has_shapes(const struct row *row, uint64_t crops)
 {
-    const uint64_t s = row->side, l = row->lights, m = NG_RSM_SIZE, any = UINT64_MAX;
+    const uint64_t s = row->side, l = row->lights, any = UINT64_MAX;
     const struct {
         const char *name;
         enum lf_dtype dtype;
@@ -324,23 +346,27 @@ static bool has_shapes(const struct row *row, uint64_t crops)
         {"target.shadow", LF_F16, 4, {crops, 3, s, s}},
         {"target.indirect", LF_F32, 4, {crops, 3, s, s}},
         {"gbuffer.emission", LF_F16, 4, {crops, 3, s, s}},
-        {"gbuffer.position", LF_F32, 4, {crops, 3, s, s}},
-        {"gbuffer.normal", LF_F16, 4, {crops, 3, s, s}},
-        {"gbuffer.diffuse", LF_F16, 4, {crops, 3, s, s}},
-        {"gbuffer.specular", LF_F16, 4, {crops, 3, s, s}},
-        {"gbuffer.roughness", LF_F16, 4, {crops, 1, s, s}},
-        {"shadow.distance", LF_F32, 5, {crops, l, 2, s, s}},
-        {"scene.center", LF_F32, 1, {3}},
-        {"scene.radius", LF_F32, 1, {1}},
-        {"camera.position", LF_F32, 1, {3}},
-        {"light.power", LF_F32, 2, {l, 3}},
-        {"light.proxy", LF_F32, 2, {l, 3}},
-        {"light.look", LF_F32, 2, {l, 3}},
-        {"light.kind", LF_I32, 1, {l}},
-        {"rsm.flux", LF_F32, 5, {l, any, 3, m, m}},
-        {"rsm.position", LF_F32, 5, {l, any, 3, m, m}},
-        {"rsm.normal", LF_F16, 5, {l, any, 3, m, m}},
-        {"rsm.mask", LF_U8, 4, {l, any, m, m}},
+        {"pixel.position", LF_F32, 4, {crops, 3, s, s}},
+        {"pixel.normal", LF_F16, 4, {crops, 3, s, s}},
+        {"pixel.view", LF_F16, 4, {crops, 3, s, s}},
+        {"pixel.diffuse", LF_F16, 4, {crops, 3, s, s}},
+        {"pixel.specular", LF_F16, 4, {crops, 3, s, s}},
+        {"pixel.roughness", LF_F16, 4, {crops, 1, s, s}},
+        {"pixel.mirror", LF_F16, 4, {crops, 1, s, s}},
+        {"pixel.mirror_albedo", LF_F16, 4, {crops, 3, s, s}},
+        {"frame.radiance", LF_F32, 1, {1}},
+        {"light.share", LF_F32, 2, {l, 1}},
+        {"texel.flux", LF_F16, 3, {l, 3, any}},
+        {"texel.normal", LF_F16, 3, {l, 3, any}},
+        {"texel.position", LF_F32, 3, {l, 3, any}},
+        {"view.direction", LF_F16, 5, {crops, l, 3, s, s}},
+        {"view.distance", LF_F32, 5, {crops, l, 1, s, s}},
+        {"view.occluder", LF_F32, 5, {crops, l, 1, s, s}},
+        {"view.diffuse", LF_F16, 5, {crops, l, 3, s, s}},
+        {"view.glossy", LF_F16, 5, {crops, l, 3, s, s}},
+        {"view.bounce", LF_F16, 5, {crops, l, 3, s, s}},
+        {"view.mirror", LF_F16, 5, {crops, l, 3, s, s}},
+        {"view.mirror_bounce", LF_F16, 5, {crops, l, 3, s, s}},
     };
     for (size_t i = 0; i < NG_COUNT(wanted); i++) {
         const struct lf_tensor *t = tensor(row, wanted[i].name);
@@ -350,14 +376,12 @@ static bool has_shapes(const struct row *row, uint64_t crops)
         if (!same)
             return false;
     }
-    uint64_t views = tensor(row, "rsm.mask")->shape[1];
-    return tensor(row, "rsm.flux")->shape[1] == views && tensor(row, "rsm.normal")->shape[1] == views &&
-           tensor(row, "rsm.position")->shape[1] == views;
+    return true;
 }
 
 static ng_result draw_sample(struct sheet *sheet, struct row *row, uint32_t *line, uint32_t rows)
 {
-    const struct lf_tensor *lights = tensor(row, "light.power"), *target = tensor(row, "target.indirect");
+    const struct lf_tensor *lights = tensor(row, "light.share"), *target = tensor(row, "target.indirect");
     row->lights = lights && lights->rank ? (size_t)lights->shape[0] : 0;
     uint64_t crops = target && target->rank == 4 ? target->shape[0] : 0;
     if (!has_shapes(row, crops)) {

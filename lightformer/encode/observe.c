@@ -16,6 +16,7 @@
 struct lf_observer {
     struct ng_gpu *gpu;
     struct ng_renderer *renderer;
+    bool pixels_only;                    // this frame
     NG_ARRAY(struct ng_light_maps) maps; // of the frame; names belong to the light maps' provider
     NG_ARRAY(struct lf_light_observation) lights;
     NG_ARRAY(struct ng_light_sample) vpls;
@@ -39,7 +40,7 @@ static ng_result ask(struct ng_composer *composer, void *user)
     self->maps.count = 0;
     for (size_t i = 0; i < NG_COUNT(gbuffer_names); i++)
         ng_graph_readback(graph, gbuffer_names[i]);
-    for (size_t i = 0; i < ng_composer_count(composer, &ng_light_maps_item); i++) {
+    for (size_t i = 0; !self->pixels_only && i < ng_composer_count(composer, &ng_light_maps_item); i++) {
         const struct ng_light_maps *maps = ng_composer_get(composer, &ng_light_maps_item, i);
         char name[160];
         if (!ng_array_push(&self->maps, *maps))
@@ -155,6 +156,7 @@ ng_result lf_observe(struct lf_observer *self, const struct lf_observe_params *p
 {
     *out = (struct lf_observation){
         .width = p->width, .height = p->height, .vpl_count = p->vpl_count ? p->vpl_count : LF_VPL_COUNT};
+    self->pixels_only = p->pixels_only;
     NG_TRY(draw(self, p));
     NG_TRY(fetch_gbuffer(self, &out->gbuffer));
     NG_TRY(fetch_lights(self, p->snapshot, out->vpl_count));

@@ -63,6 +63,7 @@ struct lf_observe_params {
     const struct ng_snapshot *snapshot; // needed
     uint32_t width, height;             // pixels
     uint32_t vpl_count;                 // of each light; 0: LF_VPL_COUNT
+    bool pixels_only;                   // the G-buffer, no light: their maps are not drawn
 };
 
 // Waits for the GPU. `*out` is the observer's until its next call.
