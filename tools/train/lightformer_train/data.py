@@ -124,10 +124,8 @@ class Dataset:
         inputs = {name: _join(name, [part[name] for part in parts]) for name in options.names}
         owner = torch.repeat_interleave(torch.arange(len(parts)), torch.tensor(counts))
         rows = {}
-        for domain in ROWS:
-            if f"{domain}.normal" in inputs:
-                exists = (inputs[f"{domain}.normal"] != 0).any(1, keepdim=True)
-                rows[domain] = exists.float()
+        if "texel.normal" in inputs:
+            rows["texel"] = (inputs["texel.normal"] != 0).any(1, keepdim=True).float()
         targets = {name: torch.from_numpy(np.stack([part[name] for part in parts])) for name in TARGETS}
         unshadowed, shadow, indirect = (targets[name] for name in TARGETS)
         return Batch(
@@ -150,7 +148,8 @@ def _load(
     """One crop's arrays, fp32: [C] of the frame, [L, C] of lights, [L, C, P], [C, h, w], [L, C, h, w]."""
     without_mirror = random.random() < options.mirror_dropout
     axes, signs, channels, flip = _draw_symmetry(random) if options.augment else _IDENTITY
-    chosen = {domain: _choose_rows(shard, crop, domain, options, random) for domain in ROWS}
+    wanted = {"vpl": options.vpls, "texel": options.texels}
+    chosen = {name: _choose_rows(shard, crop, name, count, random) for name, count in wanted.items()}
     part = {}
     for name in (*sorted(options.names | {"light.share"}), *TARGETS):
         array = shard[f"{crop.seed}/{name}"]
@@ -158,7 +157,7 @@ def _load(
         if domain in PICTURES:
             array = array[crop.index, ..., ::flip]
         elif domain in ROWS:
-            array = np.stack([light[:, rows] for light, rows in zip(array, chosen[domain])])
+            array = _take_rows(array, chosen[domain], wanted[domain])
         array = array.astype(np.float32)
         if name in MIRROR and without_mirror:
             array[:] = 0
@@ -184,19 +183,24 @@ def _draw_symmetry(random: np.random.Generator) -> tuple[np.ndarray, np.ndarray,
 
 
 def _choose_rows(
-    shard: dict[str, np.ndarray], crop: Crop, domain: str, options: Options, random: np.random.Generator
+    shard: dict[str, np.ndarray], crop: Crop, domain: str, wanted: int, random: np.random.Generator
 ) -> list[np.ndarray]:
-    """For each light, as many of its rows as the options say: one of each stratum. Where it has fewer, rows that
-    do not exist (zeros at the end) fill up."""
-    wanted = {"vpl": options.vpls, "texel": options.texels}[domain]
+    """For each light, as many of its rows as are wanted, one of each stratum; all texels where it has fewer."""
     chosen = []
     for normals in shard[f"{crop.seed}/{domain}.normal"]:
-        count = int((normals != 0).any(0).sum())
-        if count > wanted:
-            chosen.append(((np.arange(wanted) + random.random(wanted)) * (count / wanted)).astype(np.int64))
-        else:
-            chosen.append(np.arange(min(wanted, normals.shape[1])))
+        # A point's direct VPL has no normal and counts; a texel without is one that other lights have more.
+        count = normals.shape[1] if domain == "vpl" else int((normals != 0).any(0).sum())
+        rows = (np.arange(wanted) + random.random(wanted)) * (count / wanted)
+        chosen.append(rows.astype(np.int64) if domain == "vpl" or count > wanted else np.arange(count))
     return chosen
+
+
+def _take_rows(array: np.ndarray, chosen: list[np.ndarray], wanted: int) -> np.ndarray:
+    """The chosen rows of each light, then zeros."""
+    taken = np.zeros((*array.shape[:2], wanted), array.dtype)
+    for light, rows, to in zip(array, chosen, taken):
+        to[:, : len(rows)] = light[:, rows]
+    return taken
 
 
 def steps(
