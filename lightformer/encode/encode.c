@@ -86,6 +86,11 @@ uint32_t lf_light_clues_light(const struct lf_light_clues *clues)
     return clues->light;
 }
 
+void lf_light_clues_set_light(struct lf_light_clues *clues, uint32_t light)
+{
+    clues->light = clues->data.index = light;
+}
+
 double lf_pixel_clues_ms(const struct lf_pixel_clues *clues, enum lf_encode_stage stage)
 {
     return clues->ms[stage];

@@ -131,7 +131,8 @@ static ng_result add_slot(struct lf_encoder *self, const struct ng_snapshot_ligh
         result = ng_out_of_memory("the encoding of a light");
     if (result != NG_OK)
         destroy_slot(slot);
-    *out = slot;
+    else
+        *out = slot;
     return result;
 }
 
@@ -565,6 +566,7 @@ static ng_result list_lights(struct lf_encoder *self, struct ng_composer *compos
         light->points_key = points_key(self, frame->snapshot, light);
         light->clues_key = ng_hash_combine(light->rsm_key, screen);
         light->view_key = ng_hash_combine(light->points_key, screen);
+        lf_light_clues_set_light(light->slot->clues, light->maps->light);
         self->clues.items[i] = light->slot->clues;
     }
     return NG_OK;

@@ -4,6 +4,7 @@
 // The second redraws every light in every frame and adds passes that draw depth alone; it gives the ratios,
 // which mean the same on any machine, and nothing else.
 #include "bench_net.h"
+#include "bench_neural.h"
 #include "bench_reference.h"
 #include "commands.h"
 #include "json.h"
@@ -24,7 +25,7 @@
 #define NAME_SIZE      192
 
 struct bench {
-    const char *scene, *device;
+    const char *scene, *device, *weights;
     uint32_t frames, threads, method;
     struct cli_size size;
     bool reference, net, json;
@@ -42,7 +43,8 @@ static const struct cli_option options[] = {
      .max = 1e6,
      .doc = "how many frames to measure, after a few to warm up"},
     CLI_PIXELS(struct bench, "512x512"),
-    CLI_METHOD(struct bench, method_bench_name),
+    CLI_METHOD(struct bench, method_bench_option),
+    CLI_WEIGHTS(struct bench),
     {.name = "--reference",
      .kind = CLI_FLAG,
      .offset = offsetof(struct bench, reference),
@@ -281,6 +283,8 @@ static bool compute_ratios(const struct measurement *m, struct ratios *r)
 // ---- Printing
 
 struct report {
+    bool has_neural;
+    struct bench_neural neural;
     struct measurement plain;
     struct ratios ratios;
     double frame_median_ms, frame_p95_ms, memory_mib;
@@ -309,7 +313,9 @@ static void print_report(const struct bench *b, const struct report *r)
     print_pass(&r->plain.extract);
     for (size_t i = 0; i < r->plain.passes.count; i++)
         print_pass(&r->plain.passes.items[i]);
-    printf("\n%-40s %10s\n", "GPU time to depth alone", "ratio");
+    if (r->has_neural)
+        bench_neural_print(&r->neural);
+    printf("\n%-40s %10s\n", "GPU time to depth alone, and others", "ratio");
     for (uint32_t i = 0; i < r->ratios.count; i++)
         printf("%-40s %10.2f\n", r->ratios.items[i].name, r->ratios.items[i].value);
 }
@@ -344,6 +350,8 @@ static void write_report(const struct bench *b, const struct report *r)
         write_pass(&j, &r->plain.passes.items[i]);
     json_end(&j);
     json_number(&j, "memory_mib", r->memory_mib);
+    if (r->has_neural)
+        bench_neural_write(&r->neural, &j);
     json_object(&j, "ratios");
     for (uint32_t i = 0; i < r->ratios.count; i++)
         json_number(&j, r->ratios.items[i].name, r->ratios.items[i].value);
@@ -370,7 +378,9 @@ static ng_result open_subject(const struct bench *b, const struct ng_stage_param
 {
     *s = (struct subject){.method = method_of(METHOD_BENCH, b->method)};
     NG_TRY(ng_stage_create(stage, &s->stage));
-    ng_result result = method_open(s->method, &(struct method_params){.stage = s->stage}, &s->state);
+    ng_result result = method_open(
+        s->method, &(struct method_params){.stage = s->stage, .scene = b->scene, .weights = b->weights},
+        &s->state);
     if (result != NG_OK)
         close_subject(s);
     return result;
@@ -411,21 +421,51 @@ static ng_result measure_ratios(const struct bench *b, struct report *r)
     return result;
 }
 
+static struct bench_neural_params neural_params(const struct bench *b)
+{
+    return (struct bench_neural_params){.scene = b->scene,
+                                        .device = b->device,
+                                        .weights = b->weights,
+                                        .threads = b->threads,
+                                        .width = b->size.width,
+                                        .height = b->size.height,
+                                        .frames = b->frames};
+}
+
+static void add_neural_ratios(struct report *r)
+{
+    struct ratio ratio;
+    for (uint32_t i = 0; r->has_neural && r->ratios.count < MAX_RATIOS &&
+                         bench_neural_ratio(&r->neural, i, ratio.name, sizeof ratio.name, &ratio.value);
+         i++)
+        r->ratios.items[r->ratios.count++] = ratio;
+}
+
 static ng_result measure_frames(const struct bench *b)
 {
-    struct report report = {0};
-    ng_result result = measure_plain(b, &report);
+    const struct bench_neural_params neural = neural_params(b);
+    struct report report = {.has_neural = strcmp(method_bench_name(b->method), "neural") == 0};
+    ng_result result = NG_OK;
+    if (report.has_neural)
+        result = bench_neural_measure_processes(&neural, &report.neural);
+    if (result == NG_OK)
+        result = measure_plain(b, &report);
     if (result == NG_OK)
         result = measure_ratios(b, &report);
-    if (result == NG_OK)
+    if (result == NG_OK && report.has_neural)
+        result = bench_neural_measure(&neural, &report.neural);
+    if (result == NG_OK) {
+        add_neural_ratios(&report);
         (b->json ? write_report : print_report)(b, &report);
+    }
     finish_measurement(&report.plain);
     return result;
 }
 
 static int run(const void *args)
 {
-    const struct bench *b = args;
+    struct bench values = *(const struct bench *)args, *b = &values;
+    values.method = method_choose(METHOD_BENCH, values.method, values.scene, values.weights);
     const struct bench_reference_params reference = {
         .scene = b->scene, .size = b->size, .samples = b->samples, .threads = b->threads, .json = b->json};
     const struct bench_net_params net = {.network = b->scene,

@@ -16,7 +16,7 @@
 #define DEFAULT_SAMPLES 64
 
 struct render {
-    const char *scene, *camera, *graph, *device, *resume;
+    const char *scene, *camera, *graph, *device, *resume, *weights;
     struct cli_texts outputs;
     uint32_t method, aovs, threads;
     struct cli_size size;
@@ -65,7 +65,8 @@ static const struct cli_option options[] = {
      .offset = offsetof(struct render, outputs),
      .value = "OUT",
      .doc = "where to write, .exr or .png; may be given more than once"},
-    CLI_METHOD(struct render, method_render_name),
+    CLI_METHOD(struct render, method_render_option),
+    CLI_WEIGHTS(struct render),
     CLI_PIXELS(struct render, "512x512"),
     {.name = "--time",
      .kind = CLI_REAL,
@@ -196,6 +197,8 @@ static bool check_method(const struct render *r)
 {
     bool asked = r->samples || r->depth || r->sampler || r->seed || r->clamp > 0 || r->antialias ||
                  r->time_limit > 0 || r->resume;
+    if (r->weights && strcmp(method_render_name(r->method), "neural") != 0)
+        return refuse("--weights needs --method neural");
     if (!is_reference(r))
         return !asked || refuse("--spp, --depth, --sampler, --seed, --clamp, --aa, --time-limit and --resume "
                                 "need --method reference");
@@ -234,7 +237,8 @@ static bool all_has(const struct render *r, const char *layer)
 {
     if (is_reference(r))
         return lf_reference_find_layer(layer) != NULL;
-    return ng_renderer_find_layer(layer) && strcmp(layer, "indirect") != 0;
+    return ng_renderer_find_layer(layer) &&
+           (method_of(METHOD_RENDER, r->method)->indirect || strcmp(layer, "indirect") != 0);
 }
 
 static bool wants_layer(const struct render *r, uint32_t index, const char *layer)
@@ -459,7 +463,10 @@ static ng_result render(struct job *job)
     if (is_reference(r))
         NG_TRY(open_reference(job));
     else
-        NG_TRY(method_open(job->method, &(struct method_params){.stage = job->stage}, &job->method_state));
+        NG_TRY(method_open(
+            job->method,
+            &(struct method_params){.stage = job->stage, .scene = r->scene, .weights = r->weights},
+            &job->method_state));
     choose_layers(job);
     NG_TRY(begin_motion(job));
     NG_TRY(r->frames.given ? render_sequence(job) : render_picture(job));
@@ -468,8 +475,9 @@ static ng_result render(struct job *job)
 
 static int run(const void *args)
 {
-    struct job job = {.render = args};
-    job.method = method_of(METHOD_RENDER, job.render->method);
+    struct render values = *(const struct render *)args;
+    values.method = method_choose(METHOD_RENDER, values.method, values.scene, values.weights);
+    struct job job = {.render = &values, .method = method_of(METHOD_RENDER, values.method)};
     if (!check_options(job.render))
         return CLI_USAGE;
     ng_result result = render(&job);

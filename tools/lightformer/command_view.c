@@ -22,7 +22,7 @@
 #include <string.h>
 
 struct view {
-    const char *scene, *device;
+    const char *scene, *device, *weights;
     uint32_t threads, method, layer, comparison, other, samples, frames;
     struct cli_size size;
 };
@@ -30,7 +30,8 @@ struct view {
 static const struct cli_option options[] = {
     CLI_SCENE(struct view),
     CLI_PIXELS(struct view, "960x720"),
-    CLI_METHOD(struct view, method_view_name),
+    CLI_METHOD(struct view, method_view_option),
+    CLI_WEIGHTS(struct view),
     {.name = "--layer",
      .kind = CLI_CHOICE,
      .offset = offsetof(struct view, layer),
@@ -131,7 +132,11 @@ static ng_result create_camera(struct viewer *v)
 
 static ng_result open_methods(struct viewer *v)
 {
-    struct method_params params = {.stage = v->stage, .samples = v->args->samples};
+    struct method_params params = {.stage = v->stage,
+                                   .scene = v->args->scene,
+                                   .weights = v->args->weights,
+                                   .optional = true,
+                                   .samples = v->args->samples};
     const struct method *m;
     for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++)
         NG_TRY(method_open(m, &params, &v->methods[i]));
@@ -319,7 +324,9 @@ static void close_viewer(struct viewer *v)
 
 static int run(const void *args)
 {
-    struct viewer v = {.args = args};
+    struct view values = *(const struct view *)args;
+    values.method = method_choose(METHOD_VIEW, values.method, values.scene, values.weights);
+    struct viewer v = {.args = &values};
     ng_result result = open_viewer(&v);
     if (result == NG_OK)
         result = loop(&v);

@@ -11,7 +11,14 @@
 #define CLI_METHOD(type_, names_)                                                                            \
     {                                                                                                        \
         .name = "--method", .kind = CLI_CHOICE, .flags = CLI_PICTURE, .offset = offsetof(type_, method),     \
-        .value = "NAME", .fallback = "raster", .choice = (names_), .doc = "how light is computed"            \
+        .value = "NAME", .fallback = "auto", .choice = (names_),                                             \
+        .doc = "how light is computed; auto: neural if there are weights, else raster"                       \
+    }
+#define CLI_WEIGHTS(type_)                                                                                   \
+    {                                                                                                        \
+        .name = "--weights", .kind = CLI_TEXT, .flags = CLI_PICTURE | CLI_PATH,                              \
+        .offset = offsetof(type_, weights), .value = "FILE",                                                 \
+        .doc = "neural: the network; if not given SCENE.weights.safetensors beside the scene"                \
     }
 #define CLI_PIXELS(type_, default_)                                                                          \
     {                                                                                                        \

@@ -443,7 +443,8 @@ static void append_value(struct text *t, const struct cli_option *o, const void 
         break;
     case CLI_TEXT:
         append(t, "%s",
-               is_argument(o) ? ng_path_name(*(const char *const *)place) : *(const char *const *)place);
+               is_argument(o) || o->flags & CLI_PATH ? ng_path_name(*(const char *const *)place)
+                                                     : *(const char *const *)place);
         break;
     case CLI_CHOICE:
         append(t, "%s", choice(o, *(const uint32_t *)place));

@@ -49,6 +49,7 @@ struct cli_range {
 enum {
     CLI_REQUIRED = 1, // must be given
     CLI_PICTURE = 2,  // changes the picture: part of the canonical command
+    CLI_PATH = 4,     // a CLI_TEXT that names a file: without its folder in the canonical command
 };
 
 struct cli_option {

@@ -1,0 +1,400 @@
+// What a change redoes, and that what is not redone is right: incremental equals full, bit for bit.
+#include "neural_test.h"
+
+#include "base/rng.h"
+#include "components/light_point.h"
+#include "components/light_rectangle.h"
+#include "components/material.h"
+#include "components/transform.h"
+#include "networks.h"
+#include "scene/world.h"
+
+#include <math.h>
+
+// ---- random edits ----------------------------------------------------------------------------------------
+
+struct edits {
+    struct room room;
+    struct ng_rng rng;
+    ng_entity extra; // a light that comes and goes
+};
+
+static float any(struct edits *e, float low, float high)
+{
+    return ng_rng_range(&e->rng, low, high);
+}
+
+static void jog(struct edits *e, ng_entity entity)
+{
+    room_move(&e->room, entity, any(e, -0.1f, 0.1f), any(e, -0.1f, 0.1f), any(e, -0.1f, 0.1f));
+}
+
+static void edit_nothing(struct edits *e)
+{
+    NG_UNUSED(e);
+}
+
+static void edit_camera(struct edits *e)
+{
+    jog(e, e->room.scene.camera);
+}
+
+static void edit_box(struct edits *e)
+{
+    jog(e, e->room.box);
+}
+
+static void edit_ball(struct edits *e)
+{
+    jog(e, e->room.ball);
+}
+
+static void edit_color(struct edits *e)
+{
+    struct ng_material *m = ng_world_edit(e->room.scene.world, e->room.red, NG_MATERIAL);
+    for (int i = 0; i < 3; i++)
+        m->base_color[i] = any(e, 0, 1);
+}
+
+static void edit_roughness(struct edits *e)
+{
+    room_set(&e->room, e->room.white, "material.roughness", any(e, 0, 1));
+}
+
+static void edit_glow(struct edits *e)
+{
+    struct ng_material *m = ng_world_edit(e->room.scene.world, e->room.red, NG_MATERIAL);
+    for (int i = 0; i < 3; i++)
+        m->emissive[i] = any(e, 0, 0.5f);
+}
+
+static void edit_intensity(struct edits *e)
+{
+    room_set(&e->room, e->room.point, "light_point.intensity", any(e, 0, 9));
+}
+
+static void edit_radiance(struct edits *e)
+{
+    room_set(&e->room, e->room.panel, "light_rectangle.radiance", any(e, 1, 9));
+}
+
+static void edit_off(struct edits *e)
+{
+    room_switch(&e->room, e->room.panel, "light_rectangle.on", false);
+}
+
+static void edit_on(struct edits *e)
+{
+    room_switch(&e->room, e->room.panel, "light_rectangle.on", true);
+}
+
+static void edit_point(struct edits *e)
+{
+    jog(e, e->room.point);
+}
+
+static void edit_panel(struct edits *e)
+{
+    jog(e, e->room.panel);
+}
+
+static void edit_add(struct edits *e)
+{
+    if (ng_entity_is_null(e->extra))
+        e->extra = room_add_point(&e->room, (const float[3]){any(e, -1, 1), any(e, -1, 1), 1}, 3);
+}
+
+static void edit_remove(struct edits *e)
+{
+    if (!ng_entity_is_null(e->extra))
+        OK(ng_entity_destroy(e->room.scene.world, e->extra));
+    e->extra = (ng_entity){0};
+}
+
+// The lights after it change their place in the list.
+static void edit_remove_first(struct edits *e)
+{
+    ng_entity first = e->room.point; // destroyed last, or the new one would get its index
+    e->room.point = room_add_point(&e->room, (const float[3]){any(e, -1, 1), 0.5f, 1}, 4);
+    OK(ng_entity_destroy(e->room.scene.world, first));
+}
+
+static void edit_size(struct edits *e)
+{
+    e->room.width = 1 + ng_rng_below(&e->rng, 48);
+    e->room.height = 1 + ng_rng_below(&e->rng, 40);
+}
+
+static const struct edit {
+    const char *name;
+    void (*make)(struct edits *e);
+} edits[] = {
+    {"nothing", edit_nothing},
+    {"the camera moves", edit_camera},
+    {"the box moves", edit_box},
+    {"the ball moves", edit_ball},
+    {"another colour", edit_color},
+    {"another roughness", edit_roughness},
+    {"a wall glows", edit_glow},
+    {"the point light's intensity", edit_intensity},
+    {"the panel's radiance", edit_radiance},
+    {"the panel is switched off", edit_off},
+    {"the panel is switched on", edit_on},
+    {"the point light moves", edit_point},
+    {"the panel moves", edit_panel},
+    {"a light is added", edit_add},
+    {"a light is removed", edit_remove},
+    {"the first light is replaced", edit_remove_first},
+    {"another size", edit_size},
+};
+
+static void follow_edits(struct edits *e, const struct lf_neural_params *params, uint32_t steps)
+{
+    struct method kept, fresh;
+    method_open(&e->room, params, &kept);
+    room_draw(&e->room, &kept);
+    for (uint32_t i = 0; i < steps; i++) {
+        const struct edit *edit = &edits[ng_rng_below(&e->rng, NG_COUNT(edits))];
+        edit->make(e);
+        room_draw(&e->room, &kept);
+        method_open(&e->room, params, &fresh);
+        OK(room_draw_again(&e->room, &fresh));
+        assert_same_picture(&e->room, &kept, &fresh, edit->name);
+        method_close(&fresh);
+    }
+    method_close(&kept);
+}
+
+static void incremental_equals_full(void **state)
+{
+    NG_UNUSED(state);
+    for (uint64_t seed = 0; seed < 3; seed++) {
+        struct edits e = {.rng = ng_rng_make(seed, 1)};
+        room_open(&e.room, POINT | PANEL | SPOT);
+        follow_edits(&e, NULL, 60);
+        room_close(&e.room);
+    }
+}
+
+// A network that knows the powers depends on them in more places.
+static void incremental_equals_full_where_powers_are_read(void **state)
+{
+    NG_UNUSED(state);
+    struct edits e = {.rng = ng_rng_make(9, 1)};
+    room_open(&e.room, POINT | PANEL);
+    network_write_absolute(e.room.weights, 3);
+    follow_edits(&e, NULL, 60);
+    room_close(&e.room);
+}
+
+// ---- what is redone --------------------------------------------------------------------------------------
+
+struct watch {
+    struct room room;
+    struct method method;
+    struct lf_neural_counters before;
+};
+
+static void watch_open(struct watch *w)
+{
+    room_open(&w->room, POINT | PANEL | SPOT);
+    method_open(&w->room, NULL, &w->method);
+    room_draw(&w->room, &w->method);
+    w->before = lf_neural_counters_of(w->method.neural);
+}
+
+static void watch_close(struct watch *w)
+{
+    method_close(&w->method);
+    room_close(&w->room);
+}
+
+// Draws, and compares how often each part was made: of all lights together, but for the first and last three.
+static void expect(struct watch *w, uint64_t screen, uint64_t powers, uint64_t rsm, uint64_t points,
+                   uint64_t view, uint64_t gather)
+{
+    room_draw(&w->room, &w->method);
+    struct lf_neural_counters now = lf_neural_counters_of(w->method.neural);
+    assert_int_equal(now.encoder.screen - w->before.encoder.screen, screen);
+    assert_int_equal(now.encoder.powers - w->before.encoder.powers, powers);
+    assert_int_equal(now.encoder.rsm - w->before.encoder.rsm, rsm);
+    assert_int_equal(now.encoder.points - w->before.encoder.points, points);
+    assert_int_equal(now.encoder.clues - w->before.encoder.clues, view);
+    assert_int_equal(now.encoder.view - w->before.encoder.view, view);
+    assert_int_equal(now.gather - w->before.gather, gather);
+    w->before = now;
+}
+
+static void only_what_depends_on_a_change_is_redone(void **state)
+{
+    NG_UNUSED(state);
+    struct watch w = {0};
+    watch_open(&w);
+    struct room *r = &w.room;
+    assert_int_equal(w.before.encoder.view, 3);
+    expect(&w, 0, 0, 0, 0, 0, 0); // nothing: the last picture stays
+
+    room_move(r, r->scene.camera, 0.1f, 0, 0); // the part on screen, of each light
+    expect(&w, 1, 1, 0, 0, 3, 1);
+
+    room_set(r, r->point, "light_point.intensity", 9); // powers: the gather alone
+    expect(&w, 0, 1, 0, 0, 0, 1);
+    room_switch(r, r->panel, "light_rectangle.on", false);
+    expect(&w, 0, 1, 0, 0, 0, 1);
+    room_switch(r, r->panel, "light_rectangle.on", true); // its encoding was kept
+    expect(&w, 0, 1, 0, 0, 0, 1);
+
+    room_move(r, r->point, 0.1f, 0, 0); // one light: itself alone
+    expect(&w, 0, 1, 1, 1, 1, 1);
+
+    room_move(r, r->ball, -0.05f, 0, 0); // two lights see it; on screen it matters for all
+    expect(&w, 1, 1, 2, 2, 3, 1);
+
+    w.room.width = 33; // the screen again
+    expect(&w, 1, 1, 0, 0, 3, 1);
+
+    ng_entity more = room_add_point(r, (const float[3]){-1, 0, 1}, 2); // the others stay as they are
+    expect(&w, 0, 1, 1, 1, 1, 1);
+    OK(ng_entity_destroy(r->scene.world, more));
+    expect(&w, 0, 1, 0, 0, 0, 1);
+    OK(ng_entity_destroy(r->scene.world, r->point)); // those after it move up in the list
+    expect(&w, 0, 1, 0, 0, 0, 1);
+    watch_close(&w);
+}
+
+static void another_method_encodes_nothing(void **state)
+{
+    NG_UNUSED(state);
+    struct watch w = {0};
+    watch_open(&w);
+    const struct ng_render_params raster = {.snapshot = w.room.scene.snapshot, .width = 16, .height = 16};
+    struct ng_cmd *cmd;
+    OK(ng_frame_begin(w.room.gpu, &cmd));
+    OK(ng_renderer_frame(w.method.renderer, &cmd, &raster));
+    OK(ng_frame_end(w.room.gpu, &cmd));
+    expect(&w, 0, 0, 0, 0, 0, 1); // the images were given up, the encodings were not
+    watch_close(&w);
+}
+
+// ---- the graph -------------------------------------------------------------------------------------------
+
+static bool ran(struct ng_renderer *renderer, const char *pass)
+{
+    size_t count;
+    const struct ng_pass_stats *stats = ng_graph_stats(ng_renderer_graph(renderer), &count);
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(stats[i].name, pass) == 0)
+            return stats[i].runs > 0;
+    return false;
+}
+
+static void each_light_has_a_node_of_its_own(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const passes[] = {"trace:update",
+                                         "screen",
+                                         "powers",
+                                         "encode:light/rsm",
+                                         "encode:light/points",
+                                         "encode:light/clues",
+                                         "encode:light/view",
+                                         "encode:light#2/view",
+                                         "encode:light#3/view",
+                                         "gather"};
+    struct watch w = {0};
+    watch_open(&w);
+    char *dump = ng_graph_dump(ng_renderer_graph(w.method.renderer), NG_DUMP_TEXT);
+    assert_non_null(dump);
+    for (size_t i = 0; i < NG_COUNT(passes); i++) {
+        assert_true(ran(w.method.renderer, passes[i]));
+        assert_non_null(strstr(dump, passes[i]));
+    }
+    free(dump);
+    watch_close(&w);
+}
+
+// Which way a light's surroundings are found is the encoder's business: with rays nobody reads the maps.
+static void maps_are_drawn_only_if_they_are_read(void **state)
+{
+    NG_UNUSED(state);
+    struct watch w = {0};
+    watch_open(&w);
+    assert_false(ran(w.method.renderer, "rsm:light/depth"));
+    assert_false(ran(w.method.renderer, "rsm:light/surface"));
+    method_close(&w.method);
+    method_open(&w.room, &(struct lf_neural_params){.rsm = LF_RSM_MAPS}, &w.method);
+    room_draw(&w.room, &w.method);
+    assert_true(ran(w.method.renderer, "rsm:light/depth"));
+    assert_true(ran(w.method.renderer, "rsm:light/surface"));
+    watch_close(&w);
+}
+
+static double mean_difference(const float *a, const float *b, size_t count)
+{
+    double difference = 0, sum = 0;
+    for (size_t i = 0; i < count; i++) {
+        difference += fabs((double)a[i] - (double)b[i]);
+        sum += fabs((double)b[i]);
+    }
+    return difference / sum;
+}
+
+static void maps_and_rays_see_the_same(void **state)
+{
+    NG_UNUSED(state);
+    struct room r;
+    struct method rays, maps;
+    room_open(&r, POINT | PANEL);
+    network_write_physics(r.weights);
+    method_open(&r, NULL, &rays);
+    method_open(&r, &(struct lf_neural_params){.rsm = LF_RSM_MAPS}, &maps);
+    room_draw(&r, &rays);
+    OK(room_draw_again(&r, &maps));
+    static const struct {
+        const char *layer;
+        double most;
+    } tolerances[] = {{"unshadowed", 1e-5}, {"direct", 0.05}, {"indirect", 0.05}};
+    for (size_t i = 0; i < NG_COUNT(tolerances); i++) {
+        float *a = room_layer(&r, &rays, tolerances[i].layer),
+              *b = room_layer(&r, &maps, tolerances[i].layer);
+        assert_true(mean_difference(a, b, (size_t)r.width * r.height * 3) < tolerances[i].most);
+        free(a);
+        free(b);
+    }
+    method_close(&maps);
+    method_close(&rays);
+    room_close(&r);
+}
+
+static void a_steady_load_creates_nothing(void **state)
+{
+    NG_UNUSED(state);
+    struct watch w = {0};
+    watch_open(&w);
+    lf_neural_redo_always(w.method.neural, true);
+    for (int i = 0; i < 4; i++)
+        room_draw(&w.room, &w.method);
+    struct ng_graph *g = ng_renderer_graph(w.method.renderer);
+    uint64_t objects = ng_graph_counters(g).objects_created;
+    for (int i = 0; i < 4; i++) {
+        room_move(&w.room, w.room.ball, 0.01f, 0, 0);
+        room_draw(&w.room, &w.method);
+    }
+    assert_int_equal(ng_graph_counters(g).objects_created, objects);
+    watch_close(&w);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(only_what_depends_on_a_change_is_redone),
+        cmocka_unit_test(another_method_encodes_nothing),
+        cmocka_unit_test(each_light_has_a_node_of_its_own),
+        cmocka_unit_test(maps_are_drawn_only_if_they_are_read),
+        cmocka_unit_test(maps_and_rays_see_the_same),
+        cmocka_unit_test(a_steady_load_creates_nothing),
+        cmocka_unit_test(incremental_equals_full),
+        cmocka_unit_test(incremental_equals_full_where_powers_are_read),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

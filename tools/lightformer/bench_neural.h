@@ -1,0 +1,53 @@
+// What the method "neural" costs: the sections of `lightformer bench --method neural` beside those of any
+// method. Everything is measured with all of it redone in every frame: every light's surroundings, every
+// clue, every encoding.
+#ifndef LIGHTFORMER_BENCH_NEURAL_H
+#define LIGHTFORMER_BENCH_NEURAL_H
+
+#include "base/result.h"
+#include "json.h"
+
+#include <stdint.h>
+
+struct bench_neural_params {
+    const char *scene, *device, *weights; // weights: a path, or null: the scene's own
+    uint32_t threads, width, height;
+    uint32_t frames; // of each measurement
+};
+
+#define BENCH_STAGES 11
+#define BENCH_STEPS  5
+
+struct bench_neural {
+    // Of a frame with the scene's own lights, milliseconds, in order of work; the last is what remains.
+    struct {
+        const char *name;
+        double ms;
+    } budget[BENCH_STAGES];
+    uint32_t stage_count;
+    double frame_ms;    // whole
+    double sample_ms;   // one sample a pixel of the path tracer, depth 5, between the same frames
+    double frame_ratio; // median over frames of frame_ms / sample_ms
+    struct bench_neural_step {
+        uint32_t count; // lights, or pieces
+        double encode_ms, gather_ms, network_ms;
+    } lights[BENCH_STEPS], pieces[2];
+    double encode_slope_ms, gather_slope_ms; // a light
+    double encode_curve, gather_curve;       // largest distance from the line, as a share of the value
+    double memory_mib;                       // peak of a process that draws 7 lights; 0: not measured
+    double first_frame_s; // from the start of a process to its first picture; 0: not measured
+};
+
+// Both show progress; errors were logged by the part that met them. First what processes of their own do,
+// while the caller has not made any thread; then the rest.
+NG_NODISCARD ng_result bench_neural_measure_processes(const struct bench_neural_params *params,
+                                                      struct bench_neural *out);
+NG_NODISCARD ng_result bench_neural_measure(const struct bench_neural_params *params,
+                                            struct bench_neural *out);
+void bench_neural_print(const struct bench_neural *b);
+// Members of the object that is open: "neural".
+void bench_neural_write(const struct bench_neural *b, struct json *j);
+// The i-th ratio; false past the end.
+bool bench_neural_ratio(const struct bench_neural *b, uint32_t index, char *name, size_t size, double *value);
+
+#endif
