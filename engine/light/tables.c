@@ -65,6 +65,8 @@ ng_result ng_light_grid_build(struct ng_light_tables *t, uint32_t width, uint32_
 // The last i with cumulative[i] <= u, whose interval is never empty. u becomes the place in the interval.
 static uint32_t pick(const float *cumulative, uint32_t count, float *u)
 {
+    if (count == 1)
+        return 0;
     uint32_t low = 0, high = count; // cumulative[low] <= u < cumulative[high]
     while (high - low > 1) {
         uint32_t middle = low + (high - low) / 2;
@@ -211,6 +213,10 @@ void ng_light_cell_bounds(const struct ng_light_tables *t, const struct ng_light
 {
     uint32_t cell[2] = {x, y}, size[2] = {texels_along(image->width), texels_along(image->height)};
     for (int i = 0; i < 2; i++) {
+        low[i] = 0;
+        high[i] = 1;
+        if (size[i] == 1) // most lights have no texture
+            continue;
         uint32_t begin = cell[i] * t->block, end = begin + t->block;
         low[i] = (float)begin / (float)size[i];
         high[i] = (float)(end < size[i] ? end : size[i]) / (float)size[i];

@@ -8,6 +8,16 @@ static uint32_t reverse_bits(uint32_t x)
     return (x & 0xaaaaaaaau) >> 1 | (x & 0x55555555u) << 1;
 }
 
+// Of both halves.
+static uint64_t reverse_bits_of_two(uint64_t x)
+{
+    x = (x & 0xff00ff00ff00ff00u) >> 8 | (x & 0x00ff00ff00ff00ffu) << 8;
+    x = (x & 0xffff0000ffff0000u) >> 16 | (x & 0x0000ffff0000ffffu) << 16;
+    x = (x & 0xf0f0f0f0f0f0f0f0u) >> 4 | (x & 0x0f0f0f0f0f0f0f0fu) << 4;
+    x = (x & 0xccccccccccccccccu) >> 2 | (x & 0x3333333333333333u) << 2;
+    return (x & 0xaaaaaaaaaaaaaaaau) >> 1 | (x & 0x5555555555555555u) << 1;
+}
+
 // Each bit is flipped by a hash of the bits below it. Owen's nested uniform scramble, which flips by the bits
 // above, is this between two reversals; the points below are made reversed, so that one of the two drops out.
 static uint32_t hash_upwards(uint32_t x, uint32_t seed)
@@ -64,8 +74,11 @@ void lf_sampler_2d(struct lf_sampler *s, float u[2])
     }
     uint64_t seeds;
     uint32_t index = shuffle(s, &seeds);
-    u[0] = to_unit(reverse_bits(hash_upwards(index, (uint32_t)seeds)));
-    u[1] = to_unit(reverse_bits(hash_upwards(pascal(index), (uint32_t)(seeds >> 32))));
+    uint64_t first = hash_upwards(index, (uint32_t)seeds);
+    uint64_t second = hash_upwards(pascal(index), (uint32_t)(seeds >> 32));
+    uint64_t both = reverse_bits_of_two(second << 32 | first);
+    u[0] = to_unit((uint32_t)both);
+    u[1] = to_unit((uint32_t)(both >> 32));
 }
 
 float lf_sampler_1d(struct lf_sampler *s)

@@ -8,8 +8,8 @@
 #include <cglm/cglm.h>
 #include <string.h>
 
-// Cosine below which a triangle says nothing about its surface: needles whose vertices almost lie in line. As in
-// engine/shaders/gbuffer.frag.glsl.
+// Cosine below which a triangle says nothing about its surface: needles whose vertices almost lie in line. As
+// in engine/shaders/gbuffer.frag.glsl.
 #define SLIVER 0.1f
 
 static const struct ng_image *image_of(const struct ng_snapshot *s, uint32_t index)
