@@ -6,6 +6,8 @@ and lag do. Pixels whose origin is outside the picture or, where the reference h
 have no history and do not count.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.ndimage import map_coordinates
 
@@ -22,29 +24,38 @@ def read_motion(path):
     return motion, planes.get("entity.id")
 
 
-def temporal_error(before, now, motion, entities_before=None, entities_now=None):
-    """Of two comparisons that follow each other; None if no pixel has a history."""
-    x, y = _origin(motion)
+@dataclass(frozen=True)
+class History:
+    """Where each pixel was in the frame before (x, y), and whether it counts."""
+
+    x: np.ndarray
+    y: np.ndarray
+    counted: np.ndarray
+
+    def change(self, before, now):
+        """X_t - warp(X_(t-1)) of each counted pixel."""
+        moved = [map_coordinates(before[..., i], (self.y, self.x), order=1) for i in range(3)]
+        return (now - np.stack(moved, axis=-1))[self.counted]
+
+
+def find_history(motion, mask_before, mask_now, entities_before=None, entities_now=None):
+    """None if no pixel has a history. Entities may be unknown."""
     height, width = motion.shape[:2]
-    counted = now.mask & np.isfinite(x + y) & (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
+    y, x = np.mgrid[:height, :width]
+    x, y = x - motion[..., 0], y - motion[..., 1]
+    counted = mask_now & np.isfinite(x + y) & (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
     x, y = np.where(counted, x, 0), np.where(counted, y, 0)
     nearest = np.rint(y).astype(int), np.rint(x).astype(int)
-    counted &= before.mask[nearest]
+    counted &= mask_before[nearest]
     if entities_before is not None and entities_now is not None:
         counted &= entities_before[nearest] == entities_now
-    if not counted.any():
+    return History(x, y, counted) if counted.any() else None
+
+
+def temporal_error(before, now, motion, entities_before=None, entities_now=None):
+    """Of two comparisons that follow each other; None if no pixel has a history."""
+    history = find_history(motion, before.mask, now.mask, entities_before, entities_now)
+    if history is None:
         return None
-    change_a = now.a.pixels - _warp(before.a.pixels, x, y)
-    change_b = now.reference - _warp(before.reference, x, y)
-    return float(np.abs(change_a - change_b)[counted].mean() / now.mean)
-
-
-def _origin(motion):
-    """Where each pixel was in the frame before."""
-    y, x = np.mgrid[: motion.shape[0], : motion.shape[1]]
-    return x - motion[..., 0], y - motion[..., 1]
-
-
-def _warp(picture, x, y):
-    """Bilinear samples of every channel."""
-    return np.stack([map_coordinates(picture[..., i], (y, x), order=1) for i in range(3)], axis=-1)
+    change = history.change(before.a.pixels, now.a.pixels) - history.change(before.reference, now.reference)
+    return float(np.abs(change).mean() / now.mean)

@@ -1,0 +1,133 @@
+"""tools/eval/quality on tiny pictures, and what its figures are made of."""
+
+import json
+import os
+import shutil
+import subprocess
+import unittest
+from pathlib import Path
+
+import numpy as np
+from files import ROOT, radiance, scratch, write_exr
+
+from study import figures, sequence, tables, timing
+from study.figures import Truth
+from study.methods import denoise, guides
+
+OUT = Path(scratch("out"))
+TINY = ("--frames", "2", "--size", "48", "--spp", "4", "--out", str(OUT))
+
+
+def quality(*arguments):
+    return subprocess.run([os.path.join(ROOT, "tools/eval/quality"), *arguments], capture_output=True, text=True, check=False)
+
+
+class Command(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        shutil.rmtree(OUT, ignore_errors=True)
+        cls.done = quality(*TINY, "--parts", "frames", "--paths", "8")
+        assert cls.done.returncode == 0, cls.done.stderr
+        cls.result = json.loads((OUT / "quality.json").read_text())
+
+    def test_rows(self):
+        methods = self.result["frames"]["methods"]
+        self.assertEqual(list(methods), ["raster", "paths 1 spp", "paths 8 spp", "paths 1 spp + OIDN",
+                                         "paths 1 spp + OIDN fast"])
+        rse = {name: method["figures"]["rse"]["mean"] for name, method in methods.items()}
+        self.assertLess(rse["paths 8 spp"], rse["paths 1 spp"])
+        self.assertLess(rse["paths 1 spp + OIDN"], rse["paths 1 spp"])
+        layers = methods["paths 8 spp"]["figures"]["layers"]
+        self.assertAlmostEqual(layers["unshadowed"]["mean_ratio"]["mean"], 1, delta=0.1)
+        self.assertNotIn("indirect", methods["raster"]["figures"]["layers"])
+
+    def test_printed(self):
+        """The table is the result's, and its pictures are there."""
+        self.assertIn(tables.text(tables.of_study(self.result)), self.done.stdout)
+        for method in self.result["frames"]["methods"].values():
+            for frame in method["frames"]:
+                self.assertTrue(Path(frame["picture"]).exists())
+
+    def test_resumed(self):
+        """Nothing is made twice: only a picture that is missing is made, the same again."""
+        lost = Path(self.result["frames"]["methods"]["raster"]["frames"][1]["picture"])
+        before = {path: path.stat().st_mtime_ns for path in (OUT / "pictures").iterdir()}
+        lost.unlink()
+        done = quality(*TINY, "--parts", "frames", "--paths", "8")
+        self.assertEqual(done.stdout, self.done.stdout)
+        changed = [path for path in (OUT / "pictures").iterdir() if before.get(path) != path.stat().st_mtime_ns]
+        self.assertEqual(changed, [lost])
+
+    def test_refused(self):
+        for expected, *arguments in (("no/such.glb", "--scene", "no/such.glb"),
+                                     ("no such program", "--program", "/none"),
+                                     ("none.safetensors", "none.safetensors", "--parts", "frames")):
+            done = quality(*TINY, *arguments)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+            self.assertIn(expected, done.stderr)
+        self.assertEqual(quality("a.safetensors", "b/a.safetensors").returncode, 2)
+        self.assertEqual(quality("--frames", "0").returncode, 2)
+
+
+class Figures(unittest.TestCase):
+    def test_interval(self):
+        """Student's t of four values: 3.1824 s / 2."""
+        found = figures.summarize([1.0, 2.0, 3.0, None, 6.0])
+        self.assertAlmostEqual(found["mean"], 3)
+        self.assertAlmostEqual(found["half"], 3.1824 * np.std([1, 2, 3, 6], ddof=1) / 2, places=3)
+        self.assertIsNone(figures.summarize([None]))
+        self.assertIsNone(figures.summarize([1.0])["half"])
+
+    def test_noise_of_references(self):
+        """The RSE of two noisy references has none of their noise; `noise` is what one alone would add."""
+        clean = np.float64(radiance(160, 160, 1))
+        rng = np.random.default_rng(2)
+        noisy = [clean * (1 + 0.05 * rng.standard_normal(clean.shape)) for _ in range(2)]
+        write_exr("clean.exr", beauty=np.float32(clean * (1 + 0.02 * rng.standard_normal(clean.shape))))
+        truth = Truth(*(write_exr(f"noisy{i}.exr", beauty=np.float32(x)) for i, x in enumerate(noisy)))
+        self.assertAlmostEqual(figures.rse(scratch("clean.exr"), truth), 0.02**2, delta=5e-5)
+        self.assertAlmostEqual(truth.noise(), 0.05**2, delta=4e-4)
+
+
+class Time(unittest.TestCase):
+    TIMES = {"sample": 40.0, "refit": 5.0, "oidn:high": 100.0}
+
+    def test_paths_that_fit(self):
+        self.assertEqual(timing.paths_that_fit(self.TIMES, 125.0), 3)
+        self.assertEqual(timing.paths_that_fit(self.TIMES, 124.0), 2)
+        self.assertEqual(timing.paths_that_fit(self.TIMES, 10.0), 1)
+        self.assertEqual(timing.of_paths(self.TIMES, 3), 125)
+        self.assertEqual(timing.of_paths(self.TIMES, 1, "high"), 145)
+
+
+class Denoiser(unittest.TestCase):
+    def test_noise_goes(self):
+        """Edges that the guides know stay, noise goes, and metals are not black to it."""
+        clean = np.full((64, 64, 3), 0.2)
+        clean[:, 32:] = 3
+        surface = np.where(clean > 1, 0.9, 0.3)
+        path = write_exr("guides.exr", beauty=clean, albedo=np.zeros_like(clean), specular=surface, normal=np.ones_like(clean))
+        guide = guides(path)
+        np.testing.assert_allclose(guide["albedo"], surface, atol=1e-6)
+        noisy = clean * np.random.default_rng(1).exponential(1, clean.shape)
+        smooth, seconds = denoise(noisy, guide, "high")
+        self.assertLess(np.abs(smooth / clean - 1).mean(), 0.2 * np.abs(noisy / clean - 1).mean())
+        self.assertGreater(seconds, 0)
+
+
+class Flicker(unittest.TestCase):
+    def test_sequence(self):
+        """A method's steady error has the reference's own change; noise that differs from frame to frame has more."""
+        base, still, rng = np.float64(radiance(40, 40, 9)), np.zeros((40, 40), np.float32), np.random.default_rng(3)
+        names = {"truth": 0.0, "steady": 0.3, "noisy": 0.3}
+        files = {name: [] for name in names}
+        for n in range(4):
+            for name, error in names.items():
+                noise = rng.uniform(-error, error, base.shape) if name == "noisy" else error
+                files[name].append(write_exr(f"{name}{n}.exr", beauty=base * (1 + 0.1 * n) + noise, motion__X=still,
+                                             motion__Y=still))
+        truth, steady, noisy = (sequence.of_pictures(files[name], files["truth"]) for name in names)
+        self.assertAlmostEqual(steady["change"]["mean"], truth["change"]["mean"], places=5)
+        self.assertAlmostEqual(steady["temporal_error"]["mean"], 0, places=5)
+        self.assertGreater(noisy["change"]["mean"], 1.1 * truth["change"]["mean"])
+        self.assertGreater(noisy["temporal_error"]["mean"], 0.05)

@@ -1,0 +1,218 @@
+"""tools/eval/quality: networks and what a user would pick instead, against path-traced references."""
+
+import argparse
+import json
+import os
+import platform
+import shlex
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from evaluation import BadInput
+
+from . import figures, methods, sequence, tables, timing
+from .figures import Truth
+from .methods import Method
+from .renderer import PROGRAM, ROOT, Renderer, digest, variation
+
+PARTS = {
+    "time": "what a frame costs, in turns; the other parts need it for equal time",
+    "frames": "figures of every method on the test frames",
+    "oidn": "the time that path tracing and denoising need for the error of the first network",
+    "temporal": "what changes from frame to frame",
+    "unseen": "networks on scenes with something that no training showed",
+}
+RESULT = "quality.json"
+MOST_PATHS = 256  # samples a pixel, in the search for the error of the first network
+
+
+def parse() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="tools/eval/quality", formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Judges networks, the rasterizer, path tracing and Open Image Denoise on test frames, each beside two\n"
+        "independent path-traced references. Pictures are kept in DIR/pictures and made only once; a study that was\n"
+        "interrupted goes on. Writes DIR/quality.json and prints tables.",
+        epilog="parts:\n" + "\n".join(f"  {name:10} {what}" for name, what in PARTS.items()))
+    add = parser.add_argument
+    add("weights", nargs="*", type=_named, metavar="[NAME=]WEIGHTS", help="networks; the first is ours")
+    add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE")
+    add("--frames", type=_positive, default=20, metavar="N", help="test frames (default 20)")
+    add("--seeds", type=int, default=900000, metavar="FIRST", help="of their variations (default 900000)")
+    add("--size", type=_positive, default=512, metavar="N", help="pixels a side (default 512)")
+    add("--spp", type=_positive, default=512, metavar="N", help="of each of the two references (default 512)")
+    add("--paths", type=_positive, nargs="*", default=[], metavar="N", help="also judge path tracing with so many spp")
+    add("--unseen", type=Path, nargs="*", default=sorted(ROOT.glob("content/unseen/*.glb")), metavar="FILE",
+        help="scenes with something that no training showed (default: content/unseen)")
+    add("--unseen-frames", type=_positive, default=5, metavar="N", help="test frames of each (default 5)")
+    add("--moving", type=Path, default=ROOT / "content/chess/flight.glb", metavar="FILE", help="scene of the sequence")
+    add("--moving-frames", type=_positive, default=30, metavar="N", help="of the sequence (default 30)")
+    add("--moving-size", type=_positive, default=256, metavar="N", help="pixels a side (default 256)")
+    add("--moving-spp", type=_positive, default=256, metavar="N", help="of its references (default 256)")
+    add("--rounds", type=_positive, default=5, metavar="N", help="of measuring times (default 5)")
+    add("--parts", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help="not all parts; those done stay")
+    add("--program", type=Path, default=PROGRAM, metavar="FILE", help="lightformer")
+    add("--out", type=Path, default=ROOT / "out/quality", metavar="DIR", help="default out/quality")
+    values = parser.parse_args()
+    names = [name for name, _ in values.weights]
+    if len(set(names)) < len(names):
+        parser.error("two networks have the same name: give them others, as NAME=WEIGHTS")
+    return values
+
+
+def _named(text: str) -> tuple[str, Path]:
+    name, given, path = text.rpartition("=")
+    return (name if given else Path(path).name.partition(".")[0]), Path(path)
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise ValueError
+    return value
+
+
+class Study:
+    """One run of the command."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self.options = options
+        self.renderer = Renderer(options.out / "pictures", options.program)
+        self.networks = [methods.network(name, path) for name, path in options.weights]
+        self.result = self._begin()
+
+    def _begin(self) -> dict:
+        """What an earlier run with these settings found, or nothing yet."""
+        o = self.options
+        settings = {"scene": o.scene.stem, "scene_hash": digest(o.scene), "frames": o.frames, "seeds": o.seeds,
+                    "size": o.size, "spp": o.spp,
+                    "networks": {method.name: digest(method.weights) for method in self.networks}}
+        fresh = {"settings": settings, "command": "tools/eval/quality " + shlex.join(sys.argv[1:]), "machine": machine()}
+        try:
+            earlier = json.loads((o.out / RESULT).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return fresh
+        return earlier | fresh if earlier.get("settings") == settings else fresh
+
+    def run(self) -> None:
+        """Every part that was asked for; the result is written after each."""
+        parts: dict[str, Callable[[], dict | None]] = {
+            "time": self._time, "frames": self._frames, "oidn": self._oidn, "temporal": self._temporal,
+            "unseen": self._unseen}
+        for name, part in parts.items():
+            if name not in self.options.parts:
+                continue
+            found = part()
+            if found is None:
+                continue
+            self.result[name] = found
+            self._write()
+            print(f"\n{tables.text(tables.PARTS[name](self.result))}", flush=True)
+
+    def _write(self) -> None:
+        path = self.options.out / RESULT
+        unfinished = path.with_suffix(".tmp")
+        unfinished.write_text(json.dumps(self.result, indent=1), encoding="utf-8")
+        os.replace(unfinished, path)
+
+    # ---- parts
+
+    def _time(self) -> dict:
+        o = self.options
+        return timing.measure(self.renderer, o.scene, o.size, [*self.networks, methods.raster()], o.rounds)
+
+    def _frames(self) -> dict:
+        judged = [*self.networks, methods.raster(), *self._paths(),
+                  *(methods.denoised(1, quality) for quality in methods.OIDN_QUALITIES)]
+        o = self.options
+        return self._judge(o.scene, o.frames, o.size, o.spp, judged)
+
+    def _paths(self) -> list[Method]:
+        """Path tracing at equal time, and with as many samples as were asked for."""
+        wanted = {1, *self.options.paths}
+        if self.networks and "time" in self.result:
+            ours = timing.of_frame(self.result["time"], self.networks[0].name)
+            wanted.add(timing.paths_that_fit(self.result["time"], ours))
+        return [methods.paths(spp) for spp in sorted(wanted)]
+
+    def _judge(self, scene: Path, frames: int, size: int, spp: int, judged: list[Method]) -> dict:
+        """Every method on every test frame of a scene."""
+        rows: dict[str, list[dict]] = {method.name: [] for method in judged}
+        shown, noise = [], []
+        for seed in range(self.options.seeds, self.options.seeds + frames):
+            at = variation(scene, seed, size)
+            truth = self._truth(at, spp)
+            noise.append(truth.noise())
+            shown.append({"seed": seed, "references": [str(truth.first), str(truth.second)]})
+            for method in judged:
+                picture = methods.make(self.renderer, method, at, truth.first)
+                rows[method.name].append({"picture": str(picture)} | figures.judge(picture, truth, method.layers))
+            print(f"{scene.stem} {seed}: {_progress(rows)}", file=sys.stderr, flush=True)
+        return {"scene": scene.stem, "spp": spp, "frames": shown, "reference_noise": figures.summarize(noise),
+                "methods": {method.name: {"spp": method.spp, "denoiser": method.denoiser, "frames": rows[method.name],
+                                          "figures": figures.summarize_frames(rows[method.name])}
+                            for method in judged}}
+
+    def _truth(self, at, spp: int) -> Truth:
+        return Truth(*(self.renderer.picture(shot) for shot in methods.references(at, spp)))
+
+    def _oidn(self) -> dict | None:
+        """Error of path tracing and denoising with 1, 2, 4, ... samples a pixel, until it is that of the first network."""
+        if not self.networks or not {"time", "frames"} <= self.result.keys():
+            return None
+        ours = self.networks[0].name
+        goal = self.result["frames"]["methods"][ours]["figures"]["rse"]["mean"]
+        found = {quality: self._climb(quality, goal) for quality in methods.OIDN_QUALITIES}
+        return {"network": ours, "rse": goal, "ms": timing.of_frame(self.result["time"], ours), "steps": found}
+
+    def _climb(self, quality: str, goal: float) -> list[dict]:
+        steps, spp = [], 1
+        while spp <= MOST_PATHS and not (steps and steps[-1]["rse"]["mean"] <= goal):
+            method = methods.denoised(spp, quality)
+            found = []
+            for seed in range(self.options.seeds, self.options.seeds + self.options.frames):
+                at = variation(self.options.scene, seed, self.options.size)
+                truth = self._truth(at, self.options.spp)
+                found.append(figures.rse(methods.make(self.renderer, method, at, truth.first), truth))
+            steps.append({"spp": spp, "ms": timing.of_paths(self.result["time"], spp, quality),
+                          "rse": figures.summarize(found)})
+            spp *= 2
+        return steps
+
+    def _temporal(self) -> dict:
+        o = self.options
+        judged = [*self.networks, methods.raster(), methods.denoised(1, "high")]
+        return sequence.judge(self.renderer, o.moving, range(o.moving_frames), o.moving_size, o.moving_spp, judged)
+
+    def _unseen(self) -> dict:
+        o = self.options
+        return {scene.stem: self._judge(scene, o.unseen_frames, o.size, o.spp, [*self.networks, methods.raster()])
+                for scene in o.unseen}
+
+
+def _progress(rows: dict[str, list[dict]]) -> str:
+    return ", ".join(f"{name} {found[-1]['rse']:.4f}" for name, found in rows.items())
+
+
+def machine() -> dict[str, object]:
+    """What figures of time belong to."""
+    with open("/proc/cpuinfo", encoding="ascii") as file:
+        models = [line.partition(":")[2].strip() for line in file if line.startswith("model name")]
+    gigabytes = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
+    return {"cpu": models[0] if models else platform.machine(), "threads": len(os.sched_getaffinity(0)),
+            "memory_gib": round(gigabytes), "system": f"{platform.system()} {platform.release()}"}
+
+
+def main() -> int:
+    """The command."""
+    try:
+        Study(parse()).run()
+    except BadInput as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,105 @@
+"""Pictures by the command line `lightformer`, each made once.
+
+A picture's file is named after all that it follows from: the scene's bytes, the options and, except for references,
+the program's and the weights' bytes. So an interrupted study goes on where it was, and a new program or new weights
+give new pictures beside the same references.
+"""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from evaluation import BadInput
+
+ROOT = Path(__file__).resolve().parents[3]
+PROGRAM = Path(os.environ.get("LIGHTFORMER", ROOT / "build/release/bin/lightformer"))
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture to make. `options` are those of `lightformer render`, without scene, output, size and layers."""
+
+    scene: Path
+    size: int  # pixels a side
+    options: tuple[str, ...]
+    layers: tuple[str, ...] = ()
+    weights: Path | None = None
+
+    @property
+    def traced(self) -> bool:
+        """Whether the path tracer makes it."""
+        return "reference" in self.options
+
+
+def variation(scene: Path, seed: int, size: int) -> Shot:
+    """A test frame: the sample that a data set would have under this seed."""
+    return Shot(scene, size, ("--variation", str(seed)))
+
+
+def moment(scene: Path, frame: int, size: int) -> Shot:
+    """A frame of the scene's own animation."""
+    return Shot(scene, size, ("--frames", f"{frame}..{frame}"))
+
+
+@cache
+def digest(path: Path) -> str:
+    """The hash of a file's bytes."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    except OSError as error:
+        raise BadInput(f"{path}: {os.strerror(error.errno)}") from error
+
+
+class Renderer:
+    """Makes pictures in a folder."""
+
+    def __init__(self, folder: Path, program: Path = PROGRAM) -> None:
+        self.folder, self.program = folder, program
+        if not os.access(program, os.X_OK):
+            raise BadInput(f"{program}: no such program: run tools/build")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BadInput(f"{folder}: {os.strerror(error.errno)}") from error
+
+    def path(self, shot: Shot, suffix: str = "") -> Path:
+        """Where a picture is, or will be. `suffix`: of what is made from it."""
+        made_by = [digest(shot.scene), shot.size, shot.options, shot.layers]
+        if not shot.traced:
+            made_by += [digest(self.program), shot.weights and digest(shot.weights)]
+        key = hashlib.sha256(json.dumps(made_by).encode()).hexdigest()[:12]
+        return self.folder / f"{shot.scene.stem}-{shot.options[1].partition('.')[0]}-{key}{suffix}.exr"
+
+    def picture(self, shot: Shot) -> Path:
+        """The file of a picture, made if it is not there."""
+        path = self.path(shot)
+        if path.exists():
+            return path
+        arguments = [*shot.options, "--size", f"{shot.size}x{shot.size}"]
+        if shot.weights:
+            arguments += ["--weights", str(shot.weights)]
+        if shot.layers:
+            arguments += ["--aov", ",".join(shot.layers)]
+        begun = time.monotonic()
+        unfinished = path.with_name(f"unfinished-{os.getpid()}.exr")
+        printed = self._run("render", str(shot.scene), "-o", str(unfinished), *arguments)
+        os.replace(printed.strip(), path)  # numbered, if it is a frame
+        print(f"{time.monotonic() - begun:8.1f} s  {' '.join(shot.options)}", file=sys.stderr)
+        return path
+
+    def measure(self, *arguments: str) -> dict:
+        """What `lightformer bench --json` says."""
+        return json.loads(self._run("bench", *arguments, "--json"))
+
+    def _run(self, *arguments: str) -> str:
+        done = subprocess.run([self.program, *arguments], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+            raise BadInput(f"lightformer {arguments[0]}: {lines[-1]}")
+        return done.stdout

@@ -1,0 +1,147 @@
+"""What a study found, as tables: the same for a terminal and for the report."""
+
+import html
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from . import timing
+from .figures import COMPONENTS, WHOLE
+
+NOTHING = "–"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cells are text; the first column names the row."""
+
+    title: str
+    note: str
+    head: list[str]
+    rows: list[list[str]]
+
+
+def text(tables: list[Table]) -> str:
+    """For a terminal."""
+    return "\n\n".join(_text(table) for table in tables)
+
+
+def _text(table: Table) -> str:
+    lines = [table.head, *table.rows]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(table.head))]
+    shown = ["  ".join(cell.rjust(width) if i else cell.ljust(width) for i, (cell, width) in enumerate(zip(line, widths)))
+             for line in lines]
+    return "\n".join([table.title, *(line.rstrip() for line in shown), table.note])
+
+
+def markup(table: Table) -> str:
+    """For a page."""
+    def row(cells: list[str], tag: str) -> str:
+        first, *others = (html.escape(cell) for cell in cells)
+        return f'<tr><th scope="row">{first}</th>' + "".join(f"<{tag}>{cell}</{tag}>" for cell in others) + "</tr>"
+
+    body = "\n".join(row(cells, "td") for cells in table.rows)
+    return (f"<section><h2>{html.escape(table.title)}</h2>\n<table>\n<thead>{row(table.head, 'th')}</thead>\n"
+            f"<tbody>\n{body}\n</tbody>\n</table>\n<p>{html.escape(table.note)}</p></section>")
+
+
+def number(summary: dict | None, digits: str) -> str:
+    """A mean and half its confidence interval."""
+    if summary is None:
+        return NOTHING
+    half = summary["half"]
+    return digits.format(summary["mean"]) + ("" if half is None else f" ± {digits.format(half)}")
+
+
+# ---- parts of the result of tools/eval/quality
+
+def _time(result: dict) -> list[Table]:
+    times = result["time"]
+    rows = [["a sample a pixel of path tracing", f"{times['sample']:.1f}"],
+            ["its tree of the scene, brought up to date", f"{times['refit']:.1f}"]]
+    rows += [[f"a frame, {key.partition(':')[2]}", f"{ms:.1f}"] for key, ms in times.items() if key.startswith("frame:")]
+    rows += [[f"Open Image Denoise, {key.partition(':')[2]}", f"{ms:.1f}"]
+             for key, ms in times.items() if key.startswith("oidn:")]
+    return [Table(f"Time at {times['size']} x {times['size']}", f"Medians of {times['rounds']} rounds, in turns, on "
+                  f"{result['machine']['cpu']}, {result['machine']['threads']} threads.", ["what", "ms"], rows)]
+
+
+def _milliseconds(result: dict, name: str, method: dict) -> str:
+    times = result.get("time")
+    if not times or times["size"] != result["settings"]["size"]:
+        return NOTHING
+    if method["spp"]:
+        return f"{timing.of_paths(times, method['spp'], method['denoiser']):.0f}"
+    return f"{timing.of_frame(times, name):.0f}" if f"frame:{name}" in times else NOTHING
+
+
+def _frames(result: dict) -> list[Table]:
+    part = result["frames"]
+    methods, count = part["methods"], len(part["frames"])
+    noise = number(part["reference_noise"], "{:.5f}")
+    whole = [[name, _milliseconds(result, name, method),
+              *(number(method["figures"][key], digits) for key, _, digits in WHOLE)] for name, method in methods.items()]
+    components = [[name, *(number(_component(method["figures"], layer, key), "{:.4f}")
+                           for key in ("rse", "mean_ratio") for layer in COMPONENTS)]
+                  for name, method in methods.items() if method["figures"]["layers"]]
+    settings = result["settings"]
+    return [
+        Table(f"Quality on {count} test frames of {part['scene']}, {settings['size']} x {settings['size']}",
+              f"Means over frames, with 95 % confidence intervals. RSE by two references of {part['spp']} spp each, one of "
+              f"which alone has an RSE of {noise}.",
+              ["method", "ms", *(name for _, name, _ in WHOLE)], whole),
+        Table("Components", "T_l: direct light without shadows, T_d: with them, T_i: all other light.",
+              ["method", *(f"RSE {name}" for name in COMPONENTS.values()),
+               *(f"mean ratio {name}" for name in COMPONENTS.values())], components),
+    ]
+
+
+def _component(figures: dict, layer: str, key: str) -> dict | None:
+    return figures[key] if layer == "beauty" else figures["layers"].get(layer, {}).get(key)
+
+
+def _oidn(result: dict) -> list[Table]:
+    part = result["oidn"]
+    rows, found = [], []
+    for quality, steps in part["steps"].items():
+        rows += [[f"{step['spp']} spp + OIDN {quality}", f"{step['ms']:.0f}", f"{step['ms'] / part['ms']:.2f}",
+                  number(step["rse"], "{:.5f}")] for step in steps]
+        last = steps[-1]
+        reached = last["rse"]["mean"] <= part["rse"]
+        found.append(f"{quality}: {'' if reached else 'more than '}{last['ms'] / part['ms']:.1f} times")
+    return [Table(f"Path tracing and Open Image Denoise until they reach {part['network']}",
+                  f"{part['network']}: {part['ms']:.0f} ms, RSE {part['rse']:.5f}. Time for its error, {'; '.join(found)} its "
+                  "time.", ["method", "ms", f"times {part['network']}", "RSE"], rows)]
+
+
+def _temporal(result: dict) -> list[Table]:
+    part = result["temporal"]
+    rows = [[name, number(method["change"], "{:.4f}"), f"{method['ratio']:.3f}", number(method["temporal_error"], "{:.4f}")]
+            for name, method in part["methods"].items()]
+    return [Table(f"Flicker over {part['frames']} frames of {part['scene']}, {part['size']} x {part['size']}",
+                  "Change: mean |X_t - warp(X_(t-1))| over the reference's mean; ratio: to that of the reference, "
+                  f"{part['spp']} spp. Temporal error: the same of what differs from the reference; the second reference "
+                  "shows how much of it is noise.",
+                  ["method", "change", "ratio", "temporal error"], rows)]
+
+
+def _unseen(result: dict) -> list[Table]:
+    parts, known = result["unseen"], result.get("frames", {}).get("methods", {})
+    rows = []
+    for scene, part in parts.items():
+        for name, method in part["methods"].items():
+            rse = method["figures"]["rse"]
+            usual = known.get(name, {}).get("figures", {}).get("rse")
+            rows.append([f"{scene}: {name}", number(rse, "{:.5f}"),
+                         f"{rse['mean'] / usual['mean']:.2f}" if usual else NOTHING,
+                         number(method["figures"]["hdr_flip"], "{:.4f}"), number(method["figures"]["mean_ratio"], "{:.4f}")])
+    return [Table("Scenes with something that no training showed", "Times: RSE over that of the test frames above.",
+                  ["scene: method", "RSE", "times", "HDR-FLIP", "mean ratio"], rows)]
+
+
+PARTS: dict[str, Callable[[dict], list[Table]]] = {
+    "time": _time, "frames": _frames, "oidn": _oidn, "temporal": _temporal, "unseen": _unseen}
+
+
+def of_study(result: dict) -> list[Table]:
+    """All tables of a result."""
+    return [table for name, part in PARTS.items() if name in result for table in part(result)]
