@@ -17,7 +17,7 @@ void main()
     out_previous = transform_point(instances[gl_InstanceIndex].previous_matrix, in_previous);
 #endif
 #ifdef NG_TEXTURED
-    out_tangent = vec4(transform_point(matrix, in_tangent.xyz) - transform_point(matrix, vec3(0)), in_tangent.w);
+    out_tangent = transform_tangent(matrix, in_tangent);
     out_uv = in_uv;
 #endif
     gl_Position = view.view_projection * vec4(position, 1);

@@ -15,7 +15,7 @@ void main()
     out_normal = transform_normal(matrix, in_normal);
     out_instance = gl_InstanceIndex;
 #ifdef NG_TEXTURED
-    out_tangent = vec4(transform_point(matrix, in_tangent.xyz) - transform_point(matrix, vec3(0)), in_tangent.w);
+    out_tangent = transform_tangent(matrix, in_tangent);
     out_uv = in_uv;
 #endif
     out_layer = push.layer;

@@ -31,3 +31,13 @@ vec3 transform_normal(vec4 m[3], vec3 n)
     vec3 v = vec3(dot(c0, n), dot(cross(r2, r0), n), dot(cross(r0, r1), n));
     return dot(r0, c0) < 0 ? -v : v;
 }
+
+#ifdef NG_TEXTURED
+// Mirrors turn around the bitangent that is made of the transformed normal and tangent. Not by the instance's flag:
+// mirrored skins have turned theirs already.
+vec4 transform_tangent(vec4 m[3], vec4 t)
+{
+    bool mirrors = dot(m[0].xyz, cross(m[1].xyz, m[2].xyz)) < 0;
+    return vec4(transform_point(m, t.xyz) - transform_point(m, vec3(0)), mirrors ? -t.w : t.w);
+}
+#endif

@@ -63,6 +63,16 @@ static void bend_normal(const struct lf_srgb *srgb, const struct ng_image *image
     lf_normalize(normal);
 }
 
+// Mirrors turn around the bitangent that is made of the transformed normal and tangent.
+static void transform_tangent(const float matrix[12], float tangent4[4])
+{
+    float across[3];
+    lf_cross(matrix + 4, matrix + 8, across);
+    lf_transform_vector(matrix, tangent4, tangent4);
+    if (lf_dot(matrix, across) < 0)
+        tangent4[3] = -tangent4[3];
+}
+
 static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_instance *in,
                                 const struct lf_hit *hit, struct lf_surface *out)
 {
@@ -78,7 +88,7 @@ static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_
     if (m->normal_image == NG_NONE)
         return;
     interpolate(in->mesh, in->mesh->tangents, 4, hit->triangle, hit->barycentric, tangent);
-    lf_transform_vector(s->instances[hit->instance].matrix, tangent, tangent);
+    transform_tangent(s->instances[hit->instance].matrix, tangent);
     bend_normal(lf_tracer_srgb(tracer), image_of(s, m->normal_image), m->normal_scale, tangent, out->uv,
                 out->normal);
 }

@@ -5,11 +5,13 @@
 #include "components/light_disk.h"
 #include "components/light_sphere.h"
 #include "components/material.h"
+#include "components/name.h"
 #include "components/transform.h"
 #include "lightformer/trace/texture.h"
 #include "scene/world.h"
 
 #include <math.h>
+#include <string.h>
 
 static const float origin[3] = {0, 0, 0};
 
@@ -97,6 +99,49 @@ static void test_mirrored_placements_keep_their_front(void **state)
     struct lf_hit hit;
     assert_true(lf_trace_closest(s.tracer, &above, LF_RAY_CAMERA, &hit));
     assert_true(hit.front && hit.normal[2] == 1);
+    scene_close(&s);
+}
+
+// The normal-mapped panel of the scene, and the shading normal at a place of its plane.
+static ng_entity find_panel(const struct scene *s)
+{
+    for (uint32_t i = 0; i < s->snapshot->instance_count; i++) {
+        const struct ng_name *name = ng_world_get(s->world, s->snapshot->instances[i].entity, NG_NAME);
+        if (name && strcmp(name->text, "panel") == 0)
+            return s->snapshot->instances[i].entity;
+    }
+    fail_msg("there is no panel");
+    return (ng_entity){0};
+}
+
+static void find_normal(const struct scene *s, const float center[3], float x, float y, float out[3])
+{
+    struct lf_ray ray = make_ray(center[0] + x, center[1] + y, center[2] + 1, 0, 0, -1);
+    struct lf_hit hit;
+    struct lf_surface surface;
+    assert_true(lf_trace_closest(s->tracer, &ray, LF_RAY_CAMERA, &hit));
+    lf_surface_at(s->tracer, &hit, &surface);
+    memcpy(out, surface.normal, sizeof surface.normal);
+}
+
+// Domes stay domes in a mirror, lit from above at their upper half.
+static void test_mirrored_placements_mirror_normal_maps(void **state)
+{
+    (void)state;
+    struct scene s;
+    float before[3], after[3];
+    scene_load(&s, 1, "content/unit/normal_map.glb");
+    scene_frame(&s, 0);
+    ng_entity panel = find_panel(&s);
+    struct ng_transform t = *(const struct ng_transform *)ng_world_get(s.world, panel, NG_TRANSFORM);
+    find_normal(&s, t.translation, 0.1f, 0.2f, before);
+    assert_true(before[0] < -0.2f && before[1] > 0.2f); // the upper left part of a dome
+    ((struct ng_transform *)ng_world_edit(s.world, panel, NG_TRANSFORM))->scale[0] = -1;
+    scene_frame(&s, 0);
+    find_normal(&s, t.translation, -0.1f, 0.2f, after);
+    NEAR(after[0], -before[0], 1e-4);
+    NEAR(after[1], before[1], 1e-4);
+    NEAR(after[2], before[2], 1e-4);
     scene_close(&s);
 }
 
@@ -377,6 +422,7 @@ int main(void)
         cmocka_unit_test(test_a_hit_says_where_and_what),
         cmocka_unit_test(test_camera_rays_pass_through_backs),
         cmocka_unit_test(test_mirrored_placements_keep_their_front),
+        cmocka_unit_test(test_mirrored_placements_mirror_normal_maps),
         cmocka_unit_test(test_alpha_masks_let_rays_through),
         cmocka_unit_test(test_lights_have_exact_shapes),
         cmocka_unit_test(test_textures_are_filtered_as_the_device_does),
