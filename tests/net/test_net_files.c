@@ -70,7 +70,7 @@ static const struct {
     {"[\"z\",\"view.direction\"]", "[\"z\",\"z\"]", "of another shape"},
     {"\"op\":\"linear\",\"in\":[\"z\"", "\"op\":\"conv\",\"in\":[\"z\"", "of another shape"},
     {"-1.5e-3", "-1.5e-3}", "lacks \"out\""},
-    {"]}", "]", "not a JSON array"},
+    {"}]", "]", "not a JSON array"},
 };
 
 static void test_file(char *path, size_t size)
