@@ -8,8 +8,8 @@ in all, P rows):
 
 Products run in the type of `precision`, as 1 x 1 or 3 x 3 convolutions in channels-last order (on CPUs several times
 faster than matrix products by torch.nn.Linear); what is of a narrower domain is multiplied once there and then
-repeated. All else is fp32, except for what only passes features on (relu, leaky, pool, up, pack, add, ...), which keeps
-the type that it gets.
+repeated. What only passes features on (activations of products, pool, up, pack, add, sum, ...) keeps the type that it gets, all
+else is fp32; so is what is made of inputs alone.
 """
 
 import math
@@ -24,6 +24,7 @@ from .program import BINARY, INPUTS, OUTPUTS, PICTURES, ROWS, Checked, Operation
 
 LOG_FLOOR = 1e-12
 EXP_CEILING = 30.0
+NARROW = 8  # channels
 
 
 @dataclass
@@ -106,6 +107,7 @@ class Network(nn.Module):
         weight = self.weights[_key(operation["name"] + ".weight")].to(self.precision)
         bias = self.weights[_key(operation["name"] + ".bias")].to(self.precision)
         columns = weight.split([x.shape[1] for x in inputs], 1)
+        inputs, domains = _widen_narrow(inputs, domains, out, lights)
         total = None
         for domain in dict.fromkeys(domains):
             of_domain = [i for i, other in enumerate(domains) if other == domain]
@@ -147,6 +149,16 @@ def _last_uses(operations: list[Operation]) -> dict[int, list[str]]:
     return uses
 
 
+def _widen_narrow(inputs: list[Tensor], domains: list[str], out: str, lights: Lights) -> tuple[list[Tensor], list[str]]:
+    """A few channels of pixels are repeated for each light before the product: cheaper than a product of their own,
+    whose result would be repeated and added."""
+    channels = sum(x.shape[1] for x, domain in zip(inputs, domains) if domain == "pixel")
+    if out != "view" or "view" not in domains or channels > NARROW:
+        return inputs, domains
+    inputs = [_repeat(x, domain, out, lights) if domain == "pixel" else x for x, domain in zip(inputs, domains)]
+    return inputs, ["view" if domain == "pixel" else domain for domain in domains]
+
+
 def _multiply(x: Tensor, weight: Tensor, bias: Tensor | None) -> Tensor:
     if x.dim() == 2:
         return F.linear(x, weight, bias)
@@ -166,7 +178,7 @@ def _activate(x: Tensor, name: str) -> Tensor:
         return F.relu(x)
     if name == "leaky":
         return F.leaky_relu(x, 0.01)
-    return {"sigmoid": torch.sigmoid, "softplus": _softplus, "tanh": torch.tanh}[name](x.float())
+    return {"sigmoid": torch.sigmoid, "softplus": _softplus, "tanh": torch.tanh}[name](x)
 
 
 def _softplus(x: Tensor) -> Tensor:
@@ -213,9 +225,8 @@ def _mean(x: Tensor, exists: Tensor | None) -> Tensor:
 
 def _sum(x: Tensor, weight: Tensor | None, lights: Lights) -> Tensor:
     """Over the lights of each frame."""
-    x = x.float()
     if weight is not None:
-        x = x * weight.reshape(-1, *(1,) * (x.dim() - 1))
+        x = x * weight.reshape(-1, *(1,) * (x.dim() - 1)).to(x.dtype)
     return x.new_zeros(lights.frames, *x.shape[1:]).index_add(0, lights.owner, x)
 
 

@@ -123,17 +123,15 @@ def _visibility(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixe
     start = b.linear("view.in", [b.apply("pack", fine_value), *coarse, light], widths.view[0])
     code = start if "visibility-unet" in without else _unet(b, "view", start, widths.view)
     clue = b.apply("unpack", b.linear("z_s", [code], 4 * widths.clue))
-    return code, _head(b, widths, without, pixel, light, [clue, fine_value, log_distance])
+    return code, _head(b, widths, without, pixel, [clue, fine_value, log_distance])
 
 
-def _head(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, light: str, inputs: list[str]) -> str:
+def _head(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, inputs: list[str]) -> str:
     inputs = [*inputs, pixel.cosine, "pixel.roughness"]
     if "half-vector" not in without:
         half = b.apply("normalize", b.apply("add", "view.direction", "pixel.view"))
         inputs += [b.apply("dot", "pixel.normal", half), b.apply("dot", "view.direction", pixel.mirror)]
-    if "direction" not in without:
-        inputs += ["view.direction", "pixel.normal"]
-    return b.mlp("head", [*inputs, light], [widths.head, widths.head])
+    return b.mlp("head", inputs, [widths.head, widths.head])
 
 
 def _unet(b: Builder, name: str, x: str, widths: tuple[int, ...]) -> str:
