@@ -9,8 +9,11 @@
 #include "tools/content/choreography.h"
 #include "tools/content/content.h"
 #include "tools/content/pieces.h"
+#include "tools/content/unseen.h"
 
 #include <math.h>
+
+#define SQUARE 0.06 // of the board, in metres
 
 static void committed_files_are_what_the_tool_makes(void **state)
 {
@@ -117,29 +120,56 @@ static double part_volume(const struct cage *c, const uint32_t *label, uint32_t 
     return volume;
 }
 
-static void pieces_are_closed_and_face_outwards(void **state)
+// Every edge is used once in each direction, and every part holds a volume.
+static void check_closed(const struct cage *c)
+{
+    assert_false(c->failed);
+    for (size_t f = 0; f < c->sizes.count; f++) {
+        assert_int_equal(c->sizes.items[f], 4);
+        for (size_t k = 0; k < 4; k++) {
+            assert_true(corner(c, f, k) < c->points.count);
+            assert_true(has_edge(c, corner(c, f, k + 1), corner(c, f, k)));
+        }
+    }
+    for (size_t i = 0; i < c->creases.count; i++)
+        assert_true(has_edge(c, c->creases.items[i].a, c->creases.items[i].b));
+    uint32_t *label = calloc(c->points.count, sizeof *label);
+    assert_non_null(label);
+    label_parts(c, label);
+    for (uint32_t i = 0; i < c->points.count; i++)
+        if (label[i] == i)
+            assert_true(part_volume(c, label, i) > 0.0);
+    free(label);
+}
+
+static void pieces_and_knots_are_closed_and_face_outwards(void **state)
+{
+    NG_UNUSED(state);
+    void (*const builders[])(enum piece, struct cage *) = {piece_build, knot_build};
+    for (size_t b = 0; b < NG_COUNT(builders); b++)
+        for (int kind = 0; kind < PIECE_KINDS; kind++) {
+            struct cage c = {0};
+            builders[b]((enum piece)kind, &c);
+            check_closed(&c);
+            cage_finish(&c);
+        }
+}
+
+// As high as the piece it stands for, and not beyond its square.
+static void knots_fit_on_their_squares(void **state)
 {
     NG_UNUSED(state);
     for (int kind = 0; kind < PIECE_KINDS; kind++) {
         struct cage c = {0};
-        piece_build((enum piece)kind, &c);
-        assert_false(c.failed);
-        for (size_t f = 0; f < c.sizes.count; f++) {
-            assert_int_equal(c.sizes.items[f], 4);
-            for (size_t k = 0; k < 4; k++) {
-                assert_true(corner(&c, f, k) < c.points.count);
-                assert_true(has_edge(&c, corner(&c, f, k + 1), corner(&c, f, k)));
-            }
+        knot_build((enum piece)kind, &c);
+        double top = 0.0, bottom = 1.0, aside = 0.0;
+        for (size_t i = 0; i < c.points.count; i++) {
+            top = fmax(top, c.points.items[i].y);
+            bottom = fmin(bottom, c.points.items[i].y);
+            aside = fmax(aside, fmax(fabs(c.points.items[i].x), fabs(c.points.items[i].z)));
         }
-        for (size_t i = 0; i < c.creases.count; i++)
-            assert_true(has_edge(&c, c.creases.items[i].a, c.creases.items[i].b));
-        uint32_t *label = calloc(c.points.count, sizeof *label);
-        assert_non_null(label);
-        label_parts(&c, label);
-        for (uint32_t i = 0; i < c.points.count; i++)
-            if (label[i] == i)
-                assert_true(part_volume(&c, label, i) > 0.0);
-        free(label);
+        assert_true(fabs(bottom) < 1e-9 && fabs(top - piece_height((enum piece)kind)) < 1e-9);
+        assert_in_range(1e6 * aside, 1e4, 5e5 * SQUARE);
         cage_finish(&c);
     }
 }
@@ -178,8 +208,7 @@ static void chess_has_triangles_enough_to_measure(void **state)
 // ---- the dance ----
 
 enum { BANDS = 32 };
-#define BAND   0.004 // metres of height
-#define SQUARE 0.06
+#define BAND 0.004 // metres of height
 
 // A piece in a band of its height: within a circle whose centre may lie before the axis, as a knight's head
 // does.
@@ -272,7 +301,8 @@ int main(void)
         cmocka_unit_test(committed_files_are_what_the_tool_makes),
         cmocka_unit_test(files_are_small),
         cmocka_unit_test(scenes_load_without_a_word),
-        cmocka_unit_test(pieces_are_closed_and_face_outwards),
+        cmocka_unit_test(pieces_and_knots_are_closed_and_face_outwards),
+        cmocka_unit_test(knots_fit_on_their_squares),
         cmocka_unit_test(pieces_have_their_stated_size),
         cmocka_unit_test(chess_has_triangles_enough_to_measure),
         cmocka_unit_test(dancers_never_touch),

@@ -3,6 +3,7 @@
 // translation. Metres; the figure faces +Z.
 #include "content.h"
 #include "stage.h"
+#include "unseen.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -210,7 +211,8 @@ static int add_skin_mesh(struct glb *g, int material)
 
 // ---- the skeleton and its clips ----
 
-static void add_skeleton(struct glb *g, int nodes[JOINTS])
+// `body`: the node that the hips hang on, index + 1.
+static void add_skeleton(struct glb *g, int body, int nodes[JOINTS])
 {
     for (int i = 0; i < JOINTS; i++) {
         int parent = joints[i].parent;
@@ -218,7 +220,7 @@ static void add_skeleton(struct glb *g, int nodes[JOINTS])
         if (parent >= 0)
             t = vec3_sub(t, joints[parent].rest);
         nodes[i] = glb_add_node(g, &(struct glb_node){.name = joints[i].name,
-                                                      .parent = parent < 0 ? 0 : nodes[parent] + 1,
+                                                      .parent = parent < 0 ? body : nodes[parent] + 1,
                                                       .translation = {t.x, t.y, t.z}});
     }
 }
@@ -321,7 +323,7 @@ static double tilt(double p)
     return 0.08 * wave(p);
 }
 
-static void add_walk(struct glb *g, const int nodes[JOINTS])
+static void add_walk(struct glb *g, int clip, const int nodes[JOINTS])
 {
     static const struct {
         enum joint joint;
@@ -341,7 +343,6 @@ static void add_walk(struct glb *g, const int nodes[JOINTS])
         {RIGHT_LOWER_ARM, elbow},
     };
     const double seconds = 1.2;
-    int clip = glb_add_animation(g, "walk");
     for (size_t i = 0; i < NG_COUNT(turns); i++)
         add_turn(g, clip, nodes[turns[i].joint], seconds, 0, turns[i].angle);
     double times[KEYS], places[KEYS][3];
@@ -371,6 +372,31 @@ static void add_wave(struct glb *g, const int nodes[JOINTS])
     glb_set(g, glb_component(g, "animations", clip, "animation"), "weight", 4.0);
 }
 
+// ---- figures ----
+
+struct figure figure_init(struct glb *g, int material)
+{
+    int mesh = add_skin_mesh(g, material);
+    return (struct figure){.mesh = mesh, .inverse_bind = add_inverse_bind(g)};
+}
+
+// Fills the nodes of its joints.
+static void add_figure(struct glb *g, const struct figure *f, const char *name, int body, int nodes[JOINTS])
+{
+    add_skeleton(g, body, nodes);
+    int skin = glb_add_skin(g, name, nodes, JOINTS, f->inverse_bind);
+    glb_add_node(g, &(struct glb_node){.name = name, .mesh = f->mesh + 1, .skin = skin + 1});
+}
+
+void figure_add(struct glb *g, const struct figure *f, const char *name, int parent, double scale, int clip)
+{
+    int nodes[JOINTS];
+    int body =
+        glb_add_node(g, &(struct glb_node){.name = "body", .parent = parent, .scale = {scale, scale, scale}});
+    add_figure(g, f, name, body + 1, nodes);
+    add_walk(g, clip, nodes);
+}
+
 ng_result unit_character(struct bytes *out)
 {
     struct glb g;
@@ -378,11 +404,9 @@ ng_result unit_character(struct bytes *out)
     stage_init(&g);
     stage_add_wall(&g);
     stage_add_light(&g);
-    int mesh = add_skin_mesh(&g, stage_material(&g, "figure", 0.72, 0.48, 0.26, 0.4));
-    add_skeleton(&g, nodes);
-    int skin = glb_add_skin(&g, "figure", nodes, JOINTS, add_inverse_bind(&g));
-    glb_add_node(&g, &(struct glb_node){.name = "figure", .mesh = mesh + 1, .skin = skin + 1});
-    add_walk(&g, nodes);
+    struct figure figure = figure_init(&g, stage_material(&g, "figure", 0.72, 0.48, 0.26, 0.4));
+    add_figure(&g, &figure, "figure", 0, nodes);
+    add_walk(&g, glb_add_animation(&g, "walk"), nodes);
     add_wave(&g, nodes);
     return glb_finish(&g, out);
 }

@@ -7,11 +7,13 @@
 #include "content.h"
 #include "glb.h"
 #include "texture.h"
+#include "unseen.h"
 #include "vary.h"
 
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define SQUARE     0.06
 #define BOARD_TOP  0.026
@@ -21,11 +23,21 @@
 #define ROOM_BACK  (-0.41)
 #define ROOM_FRONT 1.3
 
+enum troupe { TROUPE_PIECES, TROUPE_KNOTS, TROUPE_FIGURES };
+
+// What differs from Chess; zero: nothing.
+struct plan {
+    enum troupe troupe; // who dances; figures: in place of the light pieces
+    double wall_moved;  // the right one, outwards
+    bool third_light, flight;
+};
+
 struct chess {
     struct glb glb;
+    struct plan plan;
     int wood_light, wood_dark, frame, ivory, ebony;         // materials
     int room[6];                                            // materials of the walls, floor and ceiling
-    int board, lights[2], rigs[2], camera, pieces[DANCERS]; // nodes
+    int board, lights[3], rigs[3], camera, pieces[DANCERS]; // nodes
 };
 
 // ---- the room ----
@@ -48,7 +60,7 @@ static void add_room(struct chess *s)
 {
     struct glb *g = &s->glb;
     int *room = s->room;
-    const double x = ROOM_X, y = ROOM_Y, b = ROOM_BACK, f = ROOM_FRONT;
+    const double x = ROOM_X, r = x + s->plan.wall_moved, y = ROOM_Y, b = ROOM_BACK, f = ROOM_FRONT;
     const struct glb_material left = {
         .name = "wall-left", .base_color = {0.63, 0.11, 0.055}, .roughness = 0.9};
     const struct glb_material right = {
@@ -63,15 +75,15 @@ static void add_room(struct chess *s)
     room[0] =
         add_wall(g, "wall-left", &left, (const double[4][3]){{-x, 0, f}, {-x, 0, b}, {-x, y, b}, {-x, y, f}});
     room[1] =
-        add_wall(g, "wall-right", &right, (const double[4][3]){{x, 0, b}, {x, 0, f}, {x, y, f}, {x, y, b}});
+        add_wall(g, "wall-right", &right, (const double[4][3]){{r, 0, b}, {r, 0, f}, {r, y, f}, {r, y, b}});
     room[2] =
-        add_wall(g, "wall-back", &back, (const double[4][3]){{-x, 0, b}, {x, 0, b}, {x, y, b}, {-x, y, b}});
+        add_wall(g, "wall-back", &back, (const double[4][3]){{-x, 0, b}, {r, 0, b}, {r, y, b}, {-x, y, b}});
     room[3] =
-        add_wall(g, "wall-front", &front, (const double[4][3]){{x, 0, f}, {-x, 0, f}, {-x, y, f}, {x, y, f}});
+        add_wall(g, "wall-front", &front, (const double[4][3]){{r, 0, f}, {-x, 0, f}, {-x, y, f}, {r, y, f}});
     room[4] =
-        add_wall(g, "floor", &floor, (const double[4][3]){{-x, 0, f}, {x, 0, f}, {x, 0, b}, {-x, 0, b}});
+        add_wall(g, "floor", &floor, (const double[4][3]){{-x, 0, f}, {r, 0, f}, {r, 0, b}, {-x, 0, b}});
     room[5] =
-        add_wall(g, "ceiling", &ceiling, (const double[4][3]){{-x, y, b}, {x, y, b}, {x, y, f}, {-x, y, f}});
+        add_wall(g, "ceiling", &ceiling, (const double[4][3]){{-x, y, b}, {r, y, b}, {r, y, f}, {-x, y, f}});
 }
 
 // ---- the board ----
@@ -228,12 +240,17 @@ static void add_dance(struct glb *g, int animation, int node, const struct dance
 static void add_pieces(struct chess *s, int animation)
 {
     const int materials[2] = {s->ivory, s->ebony};
+    const bool figures = s->plan.troupe == TROUPE_FIGURES;
+    const struct figure figure = figures ? figure_init(&s->glb, s->ivory) : (struct figure){0};
+    const int walk = figures ? glb_add_animation(&s->glb, "walk") : GLB_NONE;
+    void (*const build)(enum piece, struct cage *) =
+        s->plan.troupe == TROUPE_KNOTS ? knot_build : piece_build;
     int meshes[2][PIECE_KINDS];
     for (int side = 0; side < 2; side++)
         for (int kind = 0; kind < PIECE_KINDS; kind++) {
             struct cage c = {0};
             char name[32];
-            piece_build((enum piece)kind, &c);
+            build((enum piece)kind, &c);
             snprintf(name, sizeof name, "%s-%s", side ? "dark" : "light", piece_name((enum piece)kind));
             meshes[side][kind] = glb_cage_mesh(&s->glb, name, &c, materials[side], CHESS_PIECE_LEVEL);
             cage_finish(&c);
@@ -244,13 +261,16 @@ static void add_pieces(struct chess *s, int animation)
         char name[48];
         snprintf(name, sizeof name, "%s-%s-%c%d", d.dark ? "dark" : "light", piece_name(d.kind),
                  'a' + d.from[0], d.from[1] + 1);
+        const bool walks = figures && !d.dark;
         // Light pieces look along their files, away from their own side: towards -Z of the board.
         int node = glb_add_node(&s->glb,
                                 &(struct glb_node){.name = name,
                                                    .parent = s->board + 1,
                                                    .translation = {at.x, at.y, at.z},
                                                    .rotation = {0, d.dark ? 0.0 : 1.0, 0, d.dark ? 1.0 : 0.0},
-                                                   .mesh = meshes[d.dark][d.kind] + 1});
+                                                   .mesh = walks ? 0 : meshes[d.dark][d.kind] + 1});
+        if (walks)
+            figure_add(&s->glb, &figure, name, node + 1, piece_height(d.kind) / FIGURE_HEIGHT, walk);
         add_dance(&s->glb, animation, node, &d);
         s->pieces[i] = node;
     }
@@ -311,9 +331,40 @@ static void add_lights(struct chess *s, int animation)
     add_light(s, 1, animation, "light-back", (const double[4]){0, 1, 0, 0},
               vec3_make(0.02, 0.27, ROOM_BACK + 0.004), vec3_make(0.17, 0, 0), vec3_make(0, 0.04, 0),
               (const double[2]){0.24, 0.14}, (const double[3]){1.0, 0.64, 0.28}, 2.4);
+    if (s->plan.third_light)
+        add_light(s, 2, animation, "light-left", (const double[4]){0, -half, 0, half},
+                  vec3_make(0.004 - ROOM_X, 0.26, 0.1), vec3_make(0, 0, 0.14), vec3_make(0, 0.05, 0),
+                  (const double[2]){0.22, 0.16}, (const double[3]){0.35, 0.6, 1.0}, 4.0);
 }
 
-static int add_view(struct glb *g)
+// Around the board's front and up and down; looks at its middle.
+static void add_flight(struct glb *g, int animation, int camera)
+{
+    enum { KEYS = 41 };
+    const struct vec3 target = vec3_make(0, 0.05, 0);
+    double times[KEYS], places[KEYS][3], turns[KEYS][4];
+    for (int k = 0; k < KEYS; k++) {
+        double phase = 2.0 * CONTENT_PI * k / (KEYS - 1);
+        struct vec3 eye = vec3_make(0.3 * sin(phase), 0.27 + 0.09 * cos(phase), 0.78 + 0.14 * cos(phase));
+        struct vec3 look = vec3_sub(target, eye);
+        double turn = 0.5 * atan2(-look.x, -look.z), tilt = 0.5 * atan2(look.y, hypot(look.x, look.z));
+        times[k] = DANCE_SECONDS * k / (KEYS - 1);
+        memcpy(places[k], &eye, sizeof places[k]);
+        turns[k][0] = cos(turn) * sin(tilt);
+        turns[k][1] = sin(turn) * cos(tilt);
+        turns[k][2] = -sin(turn) * sin(tilt);
+        turns[k][3] = cos(turn) * cos(tilt);
+    }
+    struct glb_channel channel = {
+        .node = camera, .path = "translation", .interpolation = "LINEAR", .times = times, .keys = KEYS};
+    channel.values = places[0];
+    glb_add_channel(g, animation, &channel);
+    channel.path = "rotation";
+    channel.values = turns[0];
+    glb_add_channel(g, animation, &channel);
+}
+
+static int add_view(struct glb *g, double wall_moved)
 {
     // 14 degrees down from the middle of the room's front.
     const double tilt = -0.25;
@@ -322,8 +373,8 @@ static int add_view(struct glb *g)
                                                     .rotation = {sin(0.5 * tilt), 0, 0, cos(0.5 * tilt)},
                                                     .camera = glb_add_camera(g, 0.77, 0.01) + 1});
     cJSON *scale = glb_component(g, "scenes", 0, "scene_scale");
-    const double center[3] = {0.0, 0.5 * ROOM_Y, 0.5 * (ROOM_BACK + ROOM_FRONT)};
-    double half[3] = {ROOM_X, 0.5 * ROOM_Y, 0.5 * (ROOM_FRONT - ROOM_BACK)};
+    const double center[3] = {0.5 * wall_moved, 0.5 * ROOM_Y, 0.5 * (ROOM_BACK + ROOM_FRONT)};
+    double half[3] = {ROOM_X + 0.5 * wall_moved, 0.5 * ROOM_Y, 0.5 * (ROOM_FRONT - ROOM_BACK)};
     glb_set_list(g, scale, "center", center, 3);
     glb_set(g, scale, "radius", sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]));
     return camera;
@@ -508,11 +559,11 @@ static void vary_view(struct chess *s, int group)
                             .max = {0.95}});
 }
 
-ng_result chess_build(struct bytes *out)
+static ng_result build(const struct plan *plan, struct bytes *out)
 {
-    struct chess s;
+    struct chess s = {.plan = *plan};
     glb_init(&s.glb);
-    s.camera = add_view(&s.glb);
+    s.camera = add_view(&s.glb, plan->wall_moved);
     add_room(&s);
     add_board(&s);
     s.ivory = glb_add_material(
@@ -525,10 +576,42 @@ ng_result chess_build(struct bytes *out)
     int animation = glb_add_animation(&s.glb, "dance");
     add_lights(&s, animation);
     add_pieces(&s, animation);
+    if (plan->flight)
+        add_flight(&s.glb, animation, s.camera);
     int group = glb_add_node(&s.glb, &(struct glb_node){.name = "variations"}) + 1;
     vary_lights(&s, group);
     vary_materials(&s, group);
     vary_things(&s, group);
     vary_view(&s, group);
     return glb_finish(&s.glb, out);
+}
+
+ng_result chess_build(struct bytes *out)
+{
+    return build(&(struct plan){0}, out);
+}
+
+ng_result chess_flight(struct bytes *out)
+{
+    return build(&(struct plan){.flight = true}, out);
+}
+
+ng_result unseen_knots(struct bytes *out)
+{
+    return build(&(struct plan){.troupe = TROUPE_KNOTS}, out);
+}
+
+ng_result unseen_figures(struct bytes *out)
+{
+    return build(&(struct plan){.troupe = TROUPE_FIGURES}, out);
+}
+
+ng_result unseen_lights(struct bytes *out)
+{
+    return build(&(struct plan){.third_light = true}, out);
+}
+
+ng_result unseen_wall(struct bytes *out)
+{
+    return build(&(struct plan){.wall_moved = 0.3}, out);
 }

@@ -4,6 +4,11 @@
 
 const struct content_file content_files[] = {
     {"chess/chess.glb", chess_build},
+    {"chess/flight.glb", chess_flight},
+    {"unseen/knots.glb", unseen_knots},
+    {"unseen/figures.glb", unseen_figures},
+    {"unseen/lights.glb", unseen_lights},
+    {"unseen/wall.glb", unseen_wall},
     {"unit/light_point.glb", unit_light_point},
     {"unit/light_spot.glb", unit_light_spot},
     {"unit/light_directional.glb", unit_light_directional},

@@ -16,7 +16,13 @@ extern const struct content_file content_files[];
 NG_NODISCARD ng_result content_build(const struct content_file *file, struct bytes *out);
 
 // The scenes, by source file.
-NG_NODISCARD ng_result chess_build(struct bytes *out); // chess.c
+// chess.c: Chess; its dance from a camera that flies; and with something that training on it never shows.
+NG_NODISCARD ng_result chess_build(struct bytes *out);
+NG_NODISCARD ng_result chess_flight(struct bytes *out);
+NG_NODISCARD ng_result unseen_knots(struct bytes *out);
+NG_NODISCARD ng_result unseen_figures(struct bytes *out);
+NG_NODISCARD ng_result unseen_lights(struct bytes *out);
+NG_NODISCARD ng_result unseen_wall(struct bytes *out);
 #define CHESS_PIECE_LEVEL 2 // to which the pieces are refined: 336,000 triangles in all
 
 // unit_lights.c
