@@ -114,7 +114,8 @@ struct lf_light_clues {
     uint32_t vpl_count, texel_count;
     float share, power[3], color[3], kind[3];
     struct lf_floats rows; // vpl and texel inputs
-    struct lf_floats view; // view inputs
+    struct lf_floats view; // view inputs, or those that were kept of them
+    size_t pixel_count;    // of a plane of them
     struct lf_floats grid; // sums of RSM texels at the grid
     struct lf_floats
         reflected[2]; // [hits][6]: direct light and bounce * albedo where mirror rays end; scratch

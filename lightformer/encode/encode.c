@@ -61,6 +61,24 @@ void lf_light_clues_destroy(struct lf_light_clues **clues)
     free(l);
 }
 
+struct lf_view_memory {
+    struct lf_floats floats;
+};
+
+ng_result lf_view_memory_create(struct lf_view_memory **out)
+{
+    *out = calloc(1, sizeof **out);
+    return *out ? NG_OK : ng_out_of_memory("the view of a light");
+}
+
+void lf_view_memory_destroy(struct lf_view_memory **memory)
+{
+    if (*memory)
+        ng_array_finish(&(*memory)->floats.list);
+    free(*memory);
+    *memory = NULL;
+}
+
 const struct lf_net_values *lf_pixel_clues_values(const struct lf_pixel_clues *clues)
 {
     return &clues->values;
@@ -274,9 +292,11 @@ static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, stru
                          struct view_planes *out)
 {
     enum { PLANES = 20 };
-    if (!ng_array_resize(&l->view.list, PLANES * count))
+    struct lf_floats *memory = scene->view ? &scene->view->floats : &l->view;
+    if (!ng_array_resize(&memory->list, PLANES * count))
         return ng_out_of_memory("the view of a light");
-    float *next = l->view.list.items,
+    l->pixel_count = count;
+    float *next = memory->list.items,
           **planes[] = {out->way, out->diffuse, out->glossy, out->bounce, out->mirror, out->mirror_bounce};
     memset(next, 0, PLANES * count * sizeof *next);
     for (size_t i = 0; i < NG_COUNT(planes); i++)
@@ -314,5 +334,27 @@ ng_result lf_encode_view(const struct lf_encode_scene *scene, const struct lf_pi
     if (wants_mirror(scene))
         NG_TRY(lf_mirror_light(scene, pixels, light, planes.mirror, planes.mirror_bounce));
     light->ms[LF_ENCODE_REFLECTED] = lf_encode_lap(&begin);
+    return NG_OK;
+}
+
+ng_result lf_light_clues_keep(struct lf_light_clues *light, uint64_t set)
+{
+    size_t count = light->pixel_count, kept = 0;
+    for (int i = 0; i < LF_INPUT_COUNT; i++)
+        if (lf_net_inputs[i].domain == LF_DOMAIN_VIEW && light->values.of[i] && set >> i & 1)
+            kept += lf_net_inputs[i].channels * count;
+    if (!ng_array_resize(&light->view.list, kept))
+        return ng_out_of_memory("the view of a light");
+    float *next = light->view.list.items;
+    for (int i = 0; i < LF_INPUT_COUNT; i++) {
+        const float *from = light->values.of[i];
+        if (lf_net_inputs[i].domain != LF_DOMAIN_VIEW || !from)
+            continue;
+        light->values.of[i] = set >> i & 1 ? next : NULL;
+        if (!(set >> i & 1))
+            continue;
+        memcpy(next, from, lf_net_inputs[i].channels * count * sizeof *next);
+        next += lf_net_inputs[i].channels * count;
+    }
     return NG_OK;
 }

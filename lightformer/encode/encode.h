@@ -34,12 +34,20 @@ void lf_pixel_clues_destroy(struct lf_pixel_clues **clues);
 NG_NODISCARD ng_result lf_light_clues_create(struct lf_light_clues **out);
 void lf_light_clues_destroy(struct lf_light_clues **clues);
 
+// Memory that the view inputs of several lights use one after another.
+struct lf_view_memory;
+NG_NODISCARD ng_result lf_view_memory_create(struct lf_view_memory **out);
+void lf_view_memory_destroy(struct lf_view_memory **memory);
+
 // What all functions read. Borrowed for the call.
 struct lf_encode_scene {
     const struct lf_tracer *tracer; // at the snapshot that is encoded
     struct ng_jobs *jobs;           // null: this thread
     // Which inputs are wanted, a bit each (1 << enum lf_net_input); 0: all. Others are left null.
     uint64_t reads;
+    // Where lf_encode_view puts its inputs; null: memory of the light's own. What is shared stays until the
+    // view of another light is computed (lf_light_clues_keep).
+    struct lf_view_memory *view;
 };
 
 // The set of inputs that a program reads, for lf_encode_scene.
@@ -78,6 +86,10 @@ NG_NODISCARD ng_result lf_encode_light(const struct lf_encode_scene *scene, uint
 // The light's part on screen, after lf_encode_light and lf_encode_pixels. Errors, logged: NG_ERROR_MEMORY.
 NG_NODISCARD ng_result lf_encode_view(const struct lf_encode_scene *scene,
                                       const struct lf_pixel_clues *pixels, struct lf_light_clues *light);
+
+// Copies the view inputs in `set` (1 << enum lf_net_input) from shared memory to the light's own; the others
+// become null. Errors, logged: NG_ERROR_MEMORY.
+NG_NODISCARD ng_result lf_light_clues_keep(struct lf_light_clues *light, uint64_t set);
 
 // frame.*, light.share, light.power and pixel.mirror_emission for the powers that a snapshot's lights have
 // now. `lights` are clues of lights of that snapshot; all of its lights count.

@@ -10,6 +10,7 @@
 #include "base/array.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "base/system.h"
 #include "lightformer/trace/tracer.h"
 #include "render/frame.h"
 #include "render/light_gpu.h"
@@ -20,7 +21,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define DEFAULT_MEMORY_LIMIT ((uint64_t)4 << 30)
+// Floats a pixel that do not depend on the network: the G-buffer, its copies and its planes, the clues of one
+// light, the images of radiance.
+#define FLOATS_A_PIXEL 128
 
 const struct ng_item_type lf_screen_item = {"screen", sizeof(struct lf_screen)};
 const struct ng_item_type lf_embedding_item = {"embedding", sizeof(struct lf_embedding)};
@@ -31,7 +34,7 @@ struct slot {
     const struct ng_light_type *type; // an entity may have lights of several types
     struct lf_light_clues *clues;
     struct lf_net_encoding *encoding;
-    uint64_t rsm_key, points_key, clues_key, view_key;
+    uint64_t rsm_key, points_key, view_key;
     struct lf_light_observation maps; // LF_RSM_MAPS: what the clues look into
     bool listed;                      // the snapshot of this frame has it
 };
@@ -40,20 +43,24 @@ struct slot {
 struct shining {
     struct slot *slot;
     const struct ng_light_maps *maps;
-    uint64_t rsm_key, points_key, clues_key, view_key;
+    uint64_t rsm_key, points_key, view_key;
     struct ng_graph_ref token;
 };
 
 struct lf_encoder {
     struct lf_encoder_params params;
-    uint64_t reads; // inputs of the network
+    uint64_t reads;  // inputs of the network
+    uint64_t gather; // view inputs that the gather reads
+    struct lf_view_memory *view;
+    const struct slot *viewed; // whose clues lie there; null: nobody's
     struct lf_tracer *tracer;
     struct lf_pixel_clues *pixels;
     NG_ARRAY(struct slot *) slots; // each from calloc: passes hold their addresses
     NG_ARRAY(struct shining) shining;
     NG_ARRAY(struct lf_light_clues *) clues; // of the lights that shine, for the powers
     bool traced;                             // the tracer is at this frame's snapshot
-    uint64_t screen_key, powers_key, refused;
+    uint64_t screen_key, powers_key;
+    uint64_t most, refused; // bytes that were found to fit; what was refused last
     struct lf_encoder_counters counters;
 };
 
@@ -68,12 +75,14 @@ ng_result lf_encoder_create(const struct lf_encoder_params *params, struct lf_en
     if (!self)
         return ng_out_of_memory("the encodings of lights");
     self->params = *params;
-    if (!self->params.memory_limit)
-        self->params.memory_limit = DEFAULT_MEMORY_LIMIT;
     self->reads = lf_encode_reads(params->net);
+    for (int i = 0; i < LF_INPUT_COUNT; i++)
+        self->gather |= (uint64_t)lf_net_gather_reads(params->executor, (enum lf_net_input)i) << i;
     ng_result result = lf_tracer_create(&self->tracer);
     if (result == NG_OK)
         result = lf_pixel_clues_create(&self->pixels);
+    if (result == NG_OK)
+        result = lf_view_memory_create(&self->view);
     if (result != NG_OK)
         lf_encoder_destroy(&self);
     *out = self;
@@ -98,6 +107,7 @@ void lf_encoder_destroy(struct lf_encoder **encoder)
     ng_array_finish(&self->slots);
     ng_array_finish(&self->shining);
     ng_array_finish(&self->clues);
+    lf_view_memory_destroy(&self->view);
     lf_pixel_clues_destroy(&self->pixels);
     lf_tracer_destroy(&self->tracer);
     free(self);
@@ -277,7 +287,8 @@ struct pass_data {
 
 static struct lf_encode_scene scene_of(const struct lf_encoder *self)
 {
-    return (struct lf_encode_scene){.tracer = self->tracer, .jobs = self->params.jobs, .reads = self->reads};
+    return (struct lf_encode_scene){
+        .tracer = self->tracer, .jobs = self->params.jobs, .reads = self->reads, .view = self->view};
 }
 
 static ng_result update_trace(const struct ng_pass_context *ctx)
@@ -408,11 +419,11 @@ static ng_result find_clues(const struct ng_pass_context *ctx)
     if (d->self->params.rsm == LF_RSM_MAPS)
         (void)observe_maps(ctx, &d->light);
     d->self->counters.clues++;
-    slot->clues_key = 0;
+    d->self->viewed = NULL;
     NG_TRY(
         need(d->self->traced && slot->rsm_key == d->light.rsm_key && d->self->screen_key == d->screen_key));
     NG_TRY(lf_encode_view(&scene, d->self->pixels, slot->clues));
-    slot->clues_key = d->light.clues_key;
+    d->self->viewed = slot;
     return NG_OK;
 }
 
@@ -425,9 +436,10 @@ static ng_result encode_view(const struct ng_pass_context *ctx)
                                          .values = lf_pixel_clues_values(d->self->pixels)};
     d->self->counters.view++;
     slot->view_key = 0;
-    NG_TRY(need(slot->points_key == d->light.points_key && slot->clues_key == d->light.clues_key));
+    NG_TRY(need(slot->points_key == d->light.points_key && d->self->viewed == slot));
     NG_TRY(lf_net_encode_view(d->self->params.executor, slot->encoding, &frame,
                               lf_light_clues_values(slot->clues)));
+    NG_TRY(lf_light_clues_keep(slot->clues, d->self->gather));
     slot->view_key = d->light.view_key;
     return NG_OK;
 }
@@ -439,6 +451,7 @@ struct declaration {
     struct ng_graph *graph;
     struct pass_data data;
     struct ng_graph_ref trace, screen, powers;
+    struct ng_graph_ref view; // the memory that all lights use: one after another
 };
 
 static struct ng_pass *add_pass(struct declaration *d, const char *name, ng_pass_fn run)
@@ -537,6 +550,7 @@ static void declare_clues(struct declaration *d)
     wait_for(pass, d->trace);
     wait_for(pass, d->screen);
     read_maps(d, pass);
+    d->view = mark(d, pass, d->view, "encode:view memory");
     mark_light(d, pass);
 }
 
@@ -545,6 +559,7 @@ static void declare_view(struct declaration *d)
     struct ng_pass *pass = add_light_pass(d, "view", encode_view);
     wait_for(pass, d->powers);
     wait_for(pass, d->screen);
+    wait_for(pass, d->view);
     mark_light(d, pass);
 }
 
@@ -564,7 +579,6 @@ static ng_result list_lights(struct lf_encoder *self, struct ng_composer *compos
         NG_TRY(find_slot(self, &frame->snapshot->lights[light->maps->light], &light->slot));
         light->rsm_key = rsm_key(frame, light->maps->light);
         light->points_key = points_key(self, frame->snapshot, light);
-        light->clues_key = ng_hash_combine(light->rsm_key, screen);
         light->view_key = ng_hash_combine(light->points_key, screen);
         lf_light_clues_set_light(light->slot->clues, light->maps->light);
         self->clues.items[i] = light->slot->clues;
@@ -572,33 +586,38 @@ static ng_result list_lights(struct lf_encoder *self, struct ng_composer *compos
     return NG_OK;
 }
 
-// Bytes of planes a pixel, of the inputs that the network reads.
-static uint64_t bytes_a_pixel(const struct lf_encoder *self, enum lf_net_domain domain)
+// Bytes for pictures of a size, about.
+static uint64_t bytes_needed(const struct lf_encoder *self, const struct ng_frame_info *frame,
+                             uint32_t lights)
 {
-    uint64_t channels = 0;
+    uint64_t pixels = (uint64_t)frame->width * frame->height, kept = 0;
     for (int i = 0; i < LF_INPUT_COUNT; i++)
-        if (lf_net_inputs[i].domain == domain && reads(self, (enum lf_net_input)i))
-            channels += lf_net_inputs[i].channels;
-    return channels * sizeof(float);
+        if (lf_net_inputs[i].domain == LF_DOMAIN_VIEW && self->gather >> i & 1)
+            kept += lf_net_inputs[i].channels;
+    return pixels * (FLOATS_A_PIXEL + lights * kept) * sizeof(float) +
+           lf_net_executor_bytes(self->params.executor, frame->width, frame->height, lights);
 }
 
-// Refuses, once, what would not fit; the next frame that does is drawn again.
-static ng_result check_memory(struct lf_encoder *self, const struct ng_frame_info *frame, size_t lights)
+// Refuses, once, what would not fit; the next frame that does is drawn again. What was drawn before fits.
+static ng_result check_memory(struct lf_encoder *self, const struct ng_frame_info *frame, uint32_t lights)
 {
     const double gib = 1 << 30;
-    uint64_t pixels = (uint64_t)frame->width * frame->height, limit = self->params.memory_limit;
-    uint64_t a_pixel = bytes_a_pixel(self, LF_DOMAIN_PIXEL) + lights * bytes_a_pixel(self, LF_DOMAIN_VIEW);
-    uint64_t what = ng_hash_combine(pixels, lights);
-    if (a_pixel * pixels <= limit) {
+    uint64_t needed = bytes_needed(self, frame, lights), what = ng_hash_combine(needed, lights);
+    if (needed <= self->most) {
+        self->refused = 0;
+        return NG_OK;
+    }
+    uint64_t limit = self->params.memory_limit ? self->params.memory_limit : ng_system_available_memory();
+    if (needed <= limit) {
+        self->most = needed;
         self->refused = 0;
         return NG_OK;
     }
     if (self->refused != what)
-        ng_log_error(
-            "%s: %ux%u pixels and %zu lights need %.1f GiB for clues, and the limit is %.1f; make the "
-            "picture smaller",
-            self->params.method, frame->width, frame->height, lights, (double)(a_pixel * pixels) / gib,
-            (double)limit / gib);
+        ng_log_error("%s: %ux%u pixels and %u lights need %.1f GiB of memory, and there are %.1f; make the "
+                     "picture smaller",
+                     self->params.method, frame->width, frame->height, lights, (double)needed / gib,
+                     (double)limit / gib);
     self->refused = what;
     return NG_ERROR_MEMORY;
 }
@@ -609,7 +628,7 @@ static bool any_traced(const struct lf_encoder *self, uint64_t screen)
     bool stale = self->params.always || self->screen_key != screen;
     for (size_t i = 0; i < self->shining.count && !stale; i++) {
         const struct shining *light = &self->shining.items[i];
-        stale = light->slot->rsm_key != light->rsm_key || light->slot->clues_key != light->clues_key;
+        stale = light->slot->rsm_key != light->rsm_key || light->slot->view_key != light->view_key;
     }
     return stale;
 }
@@ -631,10 +650,10 @@ static void declare_second_half(struct declaration *d, struct shining *light)
     d->data.light = *light;
     if (always || slot->points_key != light->points_key)
         declare_points(d);
-    if (always || slot->clues_key != light->clues_key)
+    if (always || slot->view_key != light->view_key) {
         declare_clues(d);
-    if (always || slot->view_key != light->view_key)
         declare_view(d);
+    }
     *light = d->data.light;
 }
 
@@ -683,7 +702,7 @@ static ng_result produce(struct ng_composer *composer, void *user)
     if (!ng_frame_wants(frame, self->params.method))
         return NG_OK;
     uint64_t screen = screen_key(self, frame);
-    NG_TRY(check_memory(self, frame, ng_composer_count(composer, &ng_light_maps_item)));
+    NG_TRY(check_memory(self, frame, (uint32_t)ng_composer_count(composer, &ng_light_maps_item)));
     NG_TRY(list_lights(self, composer, frame, screen));
     struct declaration d = {.graph = ng_composer_graph(composer),
                             .data = {.self = self,

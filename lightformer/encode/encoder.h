@@ -9,6 +9,9 @@
 //     encode:<light>/clues    shading clues                                    (lf_encode_view)
 //     encode:<light>/view     the network on the clues: shadow U-Net and all   (lf_net_encode_view)
 //
+// The clues of a light are there for its view alone, in memory that all lights use in turn; what the gather
+// reads of them is kept.
+//
 // A part whose inputs have not changed (engine/README.md, "Light observation") is not declared: its last
 // result is published again, equal to what the part would make, bit for bit. So an unchanged light costs only
 // its share of the gather; where the camera moves, screen, clues and view are redone; the power of a light,
@@ -47,7 +50,7 @@ struct lf_encoder_params {
     enum lf_rsm_source rsm;
     uint32_t vpl_count;    // of each light; 0: LF_VPL_COUNT
     uint32_t mirror_rays;  // of a picture (struct lf_encode_pixels_params)
-    uint64_t memory_limit; // bytes for the clues of a frame; 0: 4 GiB. A frame that needs more is refused
+    uint64_t memory_limit; // bytes; 0: what the system has left. A frame that needs more is refused
     bool always;           // redo everything in every frame (benchmarks, tests)
 };
 

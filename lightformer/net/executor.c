@@ -421,6 +421,35 @@ void lf_net_executor_destroy(struct lf_net_executor **executor)
     *executor = NULL;
 }
 
+bool lf_net_gather_reads(const struct lf_net_executor *executor, enum lf_net_input input)
+{
+    const struct lf_plan *plan = &executor->plan;
+    for (uint32_t s = plan->stage_begin[LF_STAGE_GATHER]; s < plan->stage_begin[LF_STAGE_GATHER + 1]; s++) {
+        const struct lf_segment *segment = &plan->segments.items[s];
+        for (uint32_t c = segment->code_begin; c < segment->code_end; c++) {
+            const struct lf_code *code = &plan->codes.items[c];
+            if (code->kind == LF_CODE_LOAD_INPUT && code->value == (uint32_t)input)
+                return true;
+        }
+    }
+    return false;
+}
+
+uint64_t lf_net_executor_bytes(const struct lf_net_executor *executor, uint32_t width, uint32_t height,
+                               uint32_t lights)
+{
+    const struct lf_plan *plan = &executor->plan;
+    uint64_t words = 0;
+    for (size_t i = 0; i < plan->images.count; i++) {
+        const struct lf_image_plan *p = &plan->images.items[i];
+        const struct lf_value *v = &plan->net->values.items[p->value];
+        uint64_t pixels = (uint64_t)lf_level_size(width, v->level) * lf_level_size(height, v->level);
+        if (!lf_is_rows(v->domain))
+            words += pixels * p->rows * (p->owner == LF_IMAGE_SHARED ? 1 : lights);
+    }
+    return words * sizeof *(struct lf_image){0}.words;
+}
+
 enum lf_net_kernel lf_net_executor_kernel(const struct lf_net_executor *executor)
 {
     return executor->kernel->id;

@@ -80,6 +80,11 @@ NG_NODISCARD ng_result lf_net_executor_create(const struct lf_net_executor_param
                                               struct lf_net_executor **out);
 void lf_net_executor_destroy(struct lf_net_executor **executor);
 enum lf_net_kernel lf_net_executor_kernel(const struct lf_net_executor *executor);
+// Whether the gather reads an input, other than those that only it may read.
+bool lf_net_gather_reads(const struct lf_net_executor *executor, enum lf_net_input input);
+// Bytes of pictures that an executor and the encodings of so many lights hold for a size.
+uint64_t lf_net_executor_bytes(const struct lf_net_executor *executor, uint32_t width, uint32_t height,
+                               uint32_t lights);
 const char *lf_net_kernel_name(enum lf_net_kernel kernel); // "avx512"
 
 NG_NODISCARD ng_result lf_net_encoding_create(struct lf_net_executor *executor, struct lf_net_encoding **out);
