@@ -341,30 +341,32 @@ static void direct(const struct lf_light_shape *shape, const struct lf_points *p
 }
 
 // A source is a small disk: its form factor does not grow without bounds where the receiver comes near.
+static void add_source(const struct lf_bounce_source *source, const struct lf_points *p,
+                       float sums[3][LF_LANES])
+{
+    LANES
+    {
+        float x = source->position[0] - p->position[0][i], y = source->position[1] - p->position[1][i],
+              z = source->position[2] - p->position[2][i];
+        float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE);
+        float receive = dot(x, y, z, p->normal[0][i], p->normal[1][i], p->normal[2][i]);
+        float emit = -dot(x, y, z, source->normal[0], source->normal[1], source->normal[2]);
+        float factor = ng_max(receive, 0.0f) * ng_max(emit, 0.0f) /
+                       (NG_SHADER_PI * square * (NG_SHADER_PI * square + source->area));
+        for (int c = 0; c < 3; c++)
+            sums[c][i] += factor * source->flux[c];
+    }
+}
+
 static void bounce(const struct lf_bounce_source *sources, uint32_t count, const struct lf_points *p,
                    float out[3][LF_LANES])
 {
-    memset(out, 0, 3 * sizeof out[0]);
+    float sums[3][LF_LANES] = {{0}};
     for (uint32_t k = 0; k < count; k++) {
-        const struct lf_bounce_source *v = &sources[k];
-        LANES
-        {
-            float x = v->position[0] - p->position[0][i], y = v->position[1] - p->position[1][i],
-                  z = v->position[2] - p->position[2][i];
-            float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE);
-            float receive = dot(x, y, z, p->normal[0][i], p->normal[1][i], p->normal[2][i]);
-            float emit = -dot(x, y, z, v->normal[0], v->normal[1], v->normal[2]);
-            bool seen = receive > 0 && emit > 0;
-            float factor = seen ? receive * emit / (square * (NG_SHADER_PI * square + v->area)) : 0;
-            for (int c = 0; c < 3; c++)
-                out[c][i] += factor * v->flux[c];
-        }
+        const struct lf_bounce_source source = sources[k];
+        add_source(&source, p, sums);
     }
-    for (int c = 0; c < 3; c++)
-        LANES
-        {
-            out[c][i] *= 1 / NG_SHADER_PI;
-        }
+    memcpy(out, sums, sizeof sums);
 }
 
 #define NAME_(x)  #x
