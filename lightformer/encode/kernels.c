@@ -14,6 +14,8 @@
 // What does not change from sample to sample.
 struct surface {
     float view[3][LF_LANES], nv[LF_LANES];
+    float alpha[LF_LANES], smith[LF_LANES]; // ng_brdf_smith of nv
+    float chosen[LF_LANES];                 // density of a direction that the BRDF chooses, over D
     float tangent[3][LF_LANES], bitangent[3][LF_LANES]; // set where lobes are sampled
 };
 
@@ -42,7 +44,12 @@ static void see(const struct lf_points *p, struct surface *s)
         s->view[0][i] = away ? fx * scale + nx * GRAZING : vx;
         s->view[1][i] = away ? fy * scale + ny * GRAZING : vy;
         s->view[2][i] = away ? fz * scale + nz * GRAZING : vz;
-        s->nv[i] = away ? GRAZING : nv;
+        nv = away ? GRAZING : nv;
+        s->nv[i] = nv;
+        float alpha = ng_brdf_alpha(p->roughness[i]), smith = ng_brdf_smith(nv, alpha);
+        s->alpha[i] = alpha;
+        s->smith[i] = smith;
+        s->chosen[i] = 0.5f / (nv + smith); // as ng_brdf_sample_pdf
     }
 }
 
@@ -166,33 +173,34 @@ static void arrive_from_cap(const struct cap *cap, const float u[3], float count
     }
 }
 
-// Adds what arrives. `lobes`: how many directions of the BRDF share the specular part, 0: none.
-static void add_arrival(const struct lf_points *p, const struct surface *s, const struct arrival *a,
-                        const float weight[3], float lobes, struct sums *sums)
+// Adds what arrives. `lobes`: how many directions of the BRDF share the specular part; 0: none.
+static inline void add_arrival(const struct lf_points *p, const struct surface *s, const struct arrival *a,
+                               const float weight[3], float lobes, struct sums *sums)
 {
     LANES
     {
-        float x = a->x[i], y = a->y[i], z = a->z[i];
-        float nl = dot(x, y, z, p->normal[0][i], p->normal[1][i], p->normal[2][i]);
+        float x = a->x[i], y = a->y[i], z = a->z[i], nv = s->nv[i], alpha = s->alpha[i];
+        float cosine = dot(x, y, z, p->normal[0][i], p->normal[1][i], p->normal[2][i]);
         float fl = dot(x, y, z, p->flat[0][i], p->flat[1][i], p->flat[2][i]);
-        float lv = dot(x, y, z, s->view[0][i], s->view[1][i], s->view[2][i]), nv = s->nv[i];
+        float lv = dot(x, y, z, s->view[0][i], s->view[1][i], s->view[2][i]);
+        float nl = ng_max(cosine, 0.0f), light = fl > 0 ? a->light[i] * nl : 0;
         float half = 1 / ng_sqrt(ng_max(2 + 2 * lv, 1e-12f)); // 1 / |l + v|
         float nh = ng_clamp((nl + nv) * half, 0.0f, 1.0f), vh = ng_max((1 + lv) * half, 0.0f);
-        float light = nl > 0 && fl > 0 ? a->light[i] * nl : 0;
         float m5 = ng_brdf_f(vh, 0), rest = light * (1 - m5);
-        float lobe = ng_brdf_lobe(nl, nv, nh, p->roughness[i]);
-        float shared = lobes * ng_brdf_sample_pdf(nv, nh, p->roughness[i]);
-        lobe *= lobes > 0 ? a->density[i] / (a->density[i] + shared) : 1;
+        float d = ng_brdf_d(nh, alpha), lobe = d * ng_brdf_v_known(nl, nv, s->smith[i], alpha);
+        if (lobes > 0)
+            lobe *= a->density[i] / (a->density[i] + lobes * d * s->chosen[i]);
+        float facing = rest * lobe, grazing = light * m5 * lobe;
         for (int c = 0; c < 3; c++) {
             sums->diffuse[c][i] += rest * weight[c];
-            sums->facing[c][i] += rest * lobe * weight[c];
-            sums->grazing[c][i] += light * m5 * lobe * weight[c];
+            sums->facing[c][i] += facing * weight[c];
+            sums->grazing[c][i] += grazing * weight[c];
         }
     }
 }
 
-static void add_light_samples(const struct lf_light_shape *shape, const struct lf_points *p,
-                              const struct surface *s, float lobes, struct sums *sums)
+static inline void add_light_samples(const struct lf_light_shape *shape, const struct lf_points *p,
+                                     const struct surface *s, float lobes, struct sums *sums)
 {
     struct arrival a;
     for (uint32_t k = 0; k < shape->sample_count; k++) {
@@ -207,8 +215,8 @@ static void add_light_samples(const struct lf_light_shape *shape, const struct l
     }
 }
 
-static void add_sphere(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
-                       const struct cap *cap, float lobes, struct sums *sums)
+static inline void add_sphere(const struct lf_light_shape *shape, const struct lf_points *p,
+                              const struct surface *s, const struct cap *cap, float lobes, struct sums *sums)
 {
     struct arrival a;
     for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
@@ -245,9 +253,10 @@ static void reflect(const struct lf_points *p, const struct surface *s, const fl
         r->x[i] = x;
         r->y[i] = y;
         r->z[i] = z;
-        r->value[i] = above ? ng_brdf_lobe(l.z, v.z, nh, roughness) * l.z : 0;
+        float d = ng_brdf_d(nh, s->alpha[i]), nl = ng_max(l.z, 0.0f);
+        r->value[i] = above ? d * ng_brdf_v_known(nl, v.z, s->smith[i], s->alpha[i]) * nl : 0;
         r->m5[i] = ng_brdf_f(vh, 0);
-        r->pdf[i] = ng_brdf_sample_pdf(v.z, nh, roughness);
+        r->pdf[i] = d * s->chosen[i];
     }
 }
 
@@ -312,32 +321,47 @@ static void add_lobes(const struct lf_light_shape *shape, const struct lf_points
 
 // ---- the kernels -----------------------------------------------------------------------------------------
 
-static void direct(const struct lf_light_shape *shape, const struct lf_points *p, bool lobes,
-                   struct lf_lit *out)
+static void finish(const struct lf_points *p, const struct sums *sums, struct lf_lit *out)
 {
-    struct surface s;
-    struct sums sums;
-    struct cap cap;
-    float shared = lobes ? LF_LOBE_SAMPLES : 0;
-    memset(&sums, 0, sizeof sums);
-    see(p, &s);
-    if (shape->emitter == LF_EMITTER_SPHERE) {
-        find_caps(shape, p, &cap);
-        add_sphere(shape, p, &s, &cap, shared, &sums);
-    } else {
-        add_light_samples(shape, p, &s, shared, &sums);
-    }
-    if (lobes && shape->emitter >= LF_EMITTER_RECTANGLE) {
-        make_frames(p, &s);
-        add_lobes(shape, p, &s, &cap, &sums);
-    }
     for (int c = 0; c < 3; c++)
         LANES
         {
             float f0 = p->f0[c][i];
-            out->diffuse[c][i] = sums.diffuse[c][i] * p->albedo[c][i] * (1 - f0) / NG_SHADER_PI;
-            out->glossy[c][i] = sums.facing[c][i] * f0 + sums.grazing[c][i];
+            out->diffuse[c][i] = sums->diffuse[c][i] * p->albedo[c][i] * (1 - f0) / NG_SHADER_PI;
+            out->glossy[c][i] = sums->facing[c][i] * f0 + sums->grazing[c][i];
         }
+}
+
+// The number of lobes is a constant where this is inlined, so that rough surfaces do none of the work of
+// weighing.
+static inline void light_surfaces(const struct lf_light_shape *shape, const struct lf_points *p, float lobes,
+                                  struct lf_lit *out)
+{
+    struct surface s;
+    struct sums sums;
+    struct cap cap;
+    memset(&sums, 0, sizeof sums);
+    see(p, &s);
+    if (shape->emitter == LF_EMITTER_SPHERE) {
+        find_caps(shape, p, &cap);
+        add_sphere(shape, p, &s, &cap, lobes, &sums);
+    } else {
+        add_light_samples(shape, p, &s, lobes, &sums);
+    }
+    if (lobes > 0 && shape->emitter >= LF_EMITTER_RECTANGLE) {
+        make_frames(p, &s);
+        add_lobes(shape, p, &s, &cap, &sums);
+    }
+    finish(p, &sums, out);
+}
+
+static void direct(const struct lf_light_shape *shape, const struct lf_points *p, bool lobes,
+                   struct lf_lit *out)
+{
+    if (lobes)
+        light_surfaces(shape, p, LF_LOBE_SAMPLES, out);
+    else
+        light_surfaces(shape, p, 0, out);
 }
 
 // A source is a small disk: its form factor does not grow without bounds where the receiver comes near.

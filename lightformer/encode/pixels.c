@@ -8,8 +8,8 @@
 #include <string.h>
 
 #define ROWS         4     // of pixels, a job
-#define PLANE_GRAIN  0.02f // distance from a pixel's plane, in distances to the eye, that halves a weight
-#define LEAST_WEIGHT 0.05f // of all neighbours, below which a pixel stands alone
+#define PLANE_GRAIN  0.01f // distance from a pixel's plane, in distances to the eye, that halves a weight
+#define LEAST_WEIGHT 0.6f  // of all neighbours, below which a pixel stands alone
 
 struct reading {
     struct lf_pixel_clues *out;

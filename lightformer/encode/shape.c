@@ -6,7 +6,14 @@
 
 #include <string.h>
 
-#define PLANE_SAMPLES 32 // of rectangles and disks
+#define DISK_SAMPLES 32
+
+// Nodes and weights of the Gauss-Legendre rule of four points on [-1, 1].
+#define RULE 4
+static const float rule[RULE][2] = {{-0.861136312f, 0.347854845f},
+                                    {-0.339981044f, 0.652145155f},
+                                    {0.339981044f, 0.652145155f},
+                                    {0.861136312f, 0.347854845f}};
 
 // Half axes of a unit rectangle, or radii of a unit disk, and what maps points to coordinates along them.
 // False where they span no plane.
@@ -70,6 +77,23 @@ static void add_sample(const struct lf_light_clues *light, const struct ng_light
     to->density = type->delta ? 0 : from->pdf * (float)count * (type->infinite ? 1 : square);
 }
 
+// `x`, `y`: half axes.
+static void add_rule(const struct lf_light_clues *light, const float normal[3], struct lf_light_shape *out)
+{
+    struct ng_light_surface surface;
+    light->unit.type->surface(&light->unit, &surface);
+    float scale = 1 / light->space.radius;
+    for (int i = 0; i < RULE * RULE; i++) {
+        const float *a = rule[i % RULE], *b = rule[i / RULE];
+        struct lf_light_sample *to = &out->samples[out->sample_count++];
+        lf_mad(out->center, &surface.matrix[0], 0.5f * a[0] * scale, to->position);
+        lf_mad(to->position, &surface.matrix[4], 0.5f * b[0] * scale, to->position);
+        memcpy(to->normal, normal, sizeof to->normal);
+        lf_scale(out->radiance, out->area * a[1] * b[1] / 4, to->weight);
+        to->density = RULE * RULE / out->area;
+    }
+}
+
 void lf_shape_make(struct lf_light_clues *light)
 {
     const struct ng_light_type *type = light->unit.type;
@@ -88,9 +112,11 @@ void lf_shape_make(struct lf_light_clues *light)
     ng_light_cone(&light->unit, &out->cone_scale, &out->cone_offset);
     if (out->emitter == LF_EMITTER_SPHERE)
         return;
-    uint32_t count = type->delta ? 1 : closed ? PLANE_SAMPLES : LF_LIGHT_SAMPLES;
+    uint32_t count = type->delta ? 1 : closed ? DISK_SAMPLES : LF_LIGHT_SAMPLES;
     ng_light_vpls(&light->unit, count, samples);
-    for (uint32_t i = 0; i < count; i++)
-        add_sample(light, &samples[i], count, out);
     memcpy(out->normal, samples[0].normal, sizeof out->normal);
+    if (out->emitter == LF_EMITTER_RECTANGLE)
+        add_rule(light, samples[0].normal, out);
+    for (uint32_t i = 0; i < count && out->emitter != LF_EMITTER_RECTANGLE; i++)
+        add_sample(light, &samples[i], count, out);
 }

@@ -33,8 +33,8 @@ static void open_parts(struct scene *s, uint32_t threads)
 void scene_open(struct scene *s, uint32_t threads)
 {
     open_parts(s, threads);
-    ng_entity scale = ng_entity_create(s->world);
-    OK(ng_world_add(s->world, scale, NG_SCENE_SCALE, &(struct ng_scene_scale){.radius = 3}));
+    s->scale = ng_entity_create(s->world);
+    OK(ng_world_add(s->world, s->scale, NG_SCENE_SCALE, &(struct ng_scene_scale){.radius = 3}));
     s->camera = scene_entity(s, "camera", (const float[3]){0, 0, 5}, NULL);
     OK(ng_world_add(s->world, s->camera, NG_CAMERA, NULL));
 }

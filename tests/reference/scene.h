@@ -35,6 +35,7 @@ struct scene {
     const struct ng_snapshot *snapshot;
     struct lf_light_choice lights;
     ng_entity camera; // at (0, 0, 5), looking along -Z
+    ng_entity scale;  // radius 3
 };
 
 void scene_open(struct scene *s, uint32_t threads);

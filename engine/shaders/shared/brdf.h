@@ -54,10 +54,14 @@ NG_SHADER_FN float ng_brdf_g1(float nx, float alpha)
     return 2.0f * nx / (nx + ng_brdf_smith(nx, alpha));
 }
 
-// G2 / (4 n.l n.v).
+// G2 / (4 n.l n.v), where ng_brdf_smith of n.v is known: for sums over many directions of light.
+NG_SHADER_FN float ng_brdf_v_known(float nl, float nv, float smith_nv, float alpha)
+{
+    return 0.5f / (nl * smith_nv + nv * ng_brdf_smith(nl, alpha));
+}
 NG_SHADER_FN float ng_brdf_v(float nl, float nv, float alpha)
 {
-    return 0.5f / (nl * ng_brdf_smith(nv, alpha) + nv * ng_brdf_smith(nl, alpha));
+    return ng_brdf_v_known(nl, nv, ng_brdf_smith(nv, alpha), alpha);
 }
 
 NG_SHADER_FN float ng_brdf_f(float vh, float f0)

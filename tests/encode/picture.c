@@ -1,0 +1,158 @@
+#include "picture.h"
+
+#include "base/half.h"
+#include "base/hash.h"
+#include "lightformer/trace/surface.h"
+#include "lightformer/trace/vec.h"
+
+#include <math.h>
+
+static const struct lf_net_input_info infos[] = {
+#define LF_INPUT(id, name, domain, channels, when) {name, LF_DOMAIN_##domain, channels, false},
+#include "lightformer/net/inputs.inc"
+#undef LF_INPUT
+};
+
+static void camera_ray(const struct ng_snapshot_camera *c, float x, float y, float aspect, struct lf_ray *out)
+{
+    float t = tanf(c->fov_y / 2);
+    *out = (struct lf_ray){.far = INFINITY};
+    memcpy(out->origin, c->position, sizeof out->origin);
+    for (int i = 0; i < 3; i++)
+        out->direction[i] = c->view[i * 4] * x * t * aspect - c->view[i * 4 + 1] * y * t - c->view[i * 4 + 2];
+    lf_normalize(out->direction);
+}
+
+static void octahedral(const float n[3], float out[2])
+{
+    float sum = fabsf(n[0]) + fabsf(n[1]) + fabsf(n[2]);
+    out[0] = n[0] / sum;
+    out[1] = n[1] / sum;
+    if (n[2] < 0) {
+        float x = (1 - fabsf(out[1])) * (out[0] >= 0 ? 1.0f : -1.0f);
+        out[1] = (1 - fabsf(out[0])) * (out[1] >= 0 ? 1.0f : -1.0f);
+        out[0] = x;
+    }
+}
+
+static void put(uint16_t *to, const float rgb[3], float w)
+{
+    for (int c = 0; c < 3; c++)
+        to[c] = ng_half_from_float(rgb[c]);
+    to[3] = ng_half_from_float(w);
+}
+
+static void draw(struct picture *p, const struct scene *s)
+{
+    for (uint32_t i = 0; i < p->width * p->height; i++) {
+        float x = ((float)(i % p->width) + 0.5f) / (float)p->width * 2 - 1,
+              y = ((float)(i / p->width) + 0.5f) / (float)p->height * 2 - 1, flat[2];
+        struct lf_ray ray;
+        struct lf_hit hit;
+        struct lf_surface at;
+        camera_ray(&s->snapshot->camera, x, y, (float)p->width / (float)p->height, &ray);
+        if (!lf_trace_closest(s->tracer, &ray, LF_RAY_CAMERA, &hit))
+            continue;
+        lf_surface_at(s->tracer, &hit, &at);
+        memcpy(p->position + 4 * i, at.position, sizeof at.position);
+        p->position[4 * i + 3] = 1;
+        octahedral(at.flat_normal, flat);
+        put(p->normal + 4 * i, at.normal, at.roughness);
+        put(p->diffuse + 4 * i, at.albedo, flat[0]);
+        put(p->specular + 4 * i, at.f0, flat[1]);
+        put(p->emission + 4 * i, at.emission, 0);
+    }
+}
+
+static void resize(struct picture *p, uint32_t width, uint32_t height)
+{
+    size_t count = (size_t)width * height * 4;
+    uint16_t **halfs[] = {&p->normal, &p->diffuse, &p->specular, &p->emission};
+    p->width = width;
+    p->height = height;
+    free(p->position);
+    p->position = calloc(count, sizeof *p->position);
+    for (size_t i = 0; i < NG_COUNT(halfs); i++) {
+        free(*halfs[i]);
+        *halfs[i] = calloc(count, sizeof **halfs[i]);
+    }
+}
+
+void picture_encode_with(struct picture *p, const struct scene *s, uint32_t width, uint32_t height,
+                         uint64_t reads, const struct lf_encode_light_params *params)
+{
+    struct lf_encode_scene scene = {.tracer = s->tracer, .jobs = s->jobs, .reads = reads};
+    if (!p->pixels)
+        OK(lf_pixel_clues_create(&p->pixels));
+    resize(p, width, height);
+    draw(p, s);
+    OK(lf_encode_pixels(&scene,
+                        &(struct lf_encode_pixels_params){
+                            .gbuffer = {p->position, p->normal, p->diffuse, p->specular, p->emission},
+                            .width = width,
+                            .height = height},
+                        p->pixels));
+    p->lights = s->snapshot->light_count;
+    assert_true(p->lights <= NG_COUNT(p->light));
+    for (uint32_t i = 0; i < p->lights; i++) {
+        if (!p->light[i])
+            OK(lf_light_clues_create(&p->light[i]));
+        OK(lf_encode_light(&scene, i, params, p->light[i]));
+        OK(lf_encode_view(&scene, p->pixels, p->light[i]));
+    }
+    lf_encode_powers(s->snapshot, p->pixels, p->light, p->lights);
+}
+
+void picture_encode(struct picture *p, const struct scene *s, uint32_t width, uint32_t height)
+{
+    picture_encode_with(p, s, width, height, 0, NULL);
+}
+
+void picture_close(struct picture *p)
+{
+    for (size_t i = 0; i < NG_COUNT(p->light); i++)
+        lf_light_clues_destroy(&p->light[i]);
+    lf_pixel_clues_destroy(&p->pixels);
+    free(p->position);
+    free(p->normal);
+    free(p->diffuse);
+    free(p->specular);
+    free(p->emission);
+}
+
+const float *picture_pixels(const struct picture *p, enum lf_net_input input, uint32_t channel)
+{
+    return lf_pixel_clues_values(p->pixels)->of[input] + (size_t)channel * p->width * p->height;
+}
+
+const float *picture_view(const struct picture *p, uint32_t light, enum lf_net_input input, uint32_t channel)
+{
+    return lf_light_clues_values(p->light[light])->of[input] + (size_t)channel * p->width * p->height;
+}
+
+static uint64_t hash_values(const struct picture *p, const struct lf_net_values *values, uint32_t vpls,
+                            uint32_t texels, bool apart_from_power, uint64_t hash)
+{
+    const size_t counts[] = {1, 1, vpls, texels, (size_t)p->width * p->height, (size_t)p->width * p->height};
+    for (int i = 0; i < LF_INPUT_COUNT; i++) {
+        size_t count = counts[infos[i].domain] * infos[i].channels;
+        bool of_power = infos[i].domain == LF_DOMAIN_FRAME || i == LF_INPUT_LIGHT_SHARE ||
+                        i == LF_INPUT_LIGHT_POWER || i == LF_INPUT_PIXEL_MIRROR_EMISSION;
+        if (!values->of[i] || (apart_from_power && of_power))
+            continue;
+        for (size_t k = 0; k < count; k++)
+            if (!isfinite(values->of[i][k]))
+                fail_msg("%s: number %zu is not finite", infos[i].name, k);
+        hash = ng_hash_bytes(hash, values->of[i], count * sizeof(float));
+    }
+    return hash;
+}
+
+uint64_t picture_hash(const struct picture *p, bool apart_from_power)
+{
+    uint64_t hash = hash_values(p, lf_pixel_clues_values(p->pixels), 0, 0, apart_from_power, 0);
+    for (uint32_t i = 0; i < p->lights; i++)
+        hash = hash_values(p, lf_light_clues_values(p->light[i]), lf_light_clues_vpls(p->light[i]),
+                           lf_light_clues_texels(p->light[i]), apart_from_power, hash);
+    return hash;
+}

@@ -1,0 +1,232 @@
+// Unshadowed direct light of every type of light against the path tracer's T_l, and the kernels against each
+// other.
+#include "picture.h"
+
+#include "base/rng.h"
+#include "components/light_directional.h"
+#include "components/light_disk.h"
+#include "components/light_environment.h"
+#include "components/light_mesh.h"
+#include "components/light_point.h"
+#include "components/light_rectangle.h"
+#include "components/light_sphere.h"
+#include "components/light_spot.h"
+#include "components/material.h"
+#include "lightformer/encode/kernels.h"
+#include "scene/world.h"
+
+#include <math.h>
+
+enum { SIZE = 40 };
+
+static const float down[4] = {-0.70710678f, 0, 0, 0.70710678f}; // -Z to -Y
+
+// A floor and a ball of one material, seen from (0, 0, 5).
+static void open_scene(struct scene *s, float metallic, float roughness)
+{
+    scene_open(s, 2);
+    ng_entity material = scene_material(s, (const float[3]){0.8f, 0.6f, 0.4f}, metallic, roughness);
+    scene_quad(s, (const float[3]){-3, -1, 3}, (const float[3]){6, 0, 0}, (const float[3]){0, 0, -6},
+               material);
+    scene_sphere(s, (const float[3]){0, -0.2f, 0}, 0.8f, false, material);
+}
+
+// Mean square of the difference, relative as the project's RSE is.
+static double error_of(const struct scene *s, const struct picture *p, uint32_t spp)
+{
+    struct lf_reference *r = scene_render(
+        s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 2, .jobs = s->jobs}, spp);
+    float *truth = scene_layer(r, "unshadowed");
+    float unit = *lf_pixel_clues_values(p->pixels)->of[LF_INPUT_FRAME_RADIANCE];
+    double mean = 0, error = 0;
+    for (int i = 0; i < 3 * SIZE * SIZE; i++)
+        mean += (double)truth[i] / (3 * SIZE * SIZE);
+    assert_true(mean > 0);
+    for (size_t i = 0; i < SIZE * SIZE; i++)
+        for (uint32_t c = 0; c < 3; c++) {
+            double ours = 0, b = (double)truth[3 * i + c] / mean;
+            for (uint32_t l = 0; l < p->lights; l++)
+                ours += (double)((picture_view(p, l, LF_INPUT_VIEW_DIFFUSE, c)[i] +
+                                  picture_view(p, l, LF_INPUT_VIEW_GLOSSY, c)[i]) *
+                                 *lf_light_clues_values(p->light[l])->of[LF_INPUT_LIGHT_SHARE] * unit);
+            ours /= mean;
+            error += (ours - b) * (ours - b) / (b * b + 0.01) / (3 * SIZE * SIZE);
+        }
+    free(truth);
+    lf_reference_destroy(&r);
+    return error;
+}
+
+static const struct ng_light_point point = {.on = true, .color = {1, 0.5f, 0.2f}, .intensity = 3};
+static const struct ng_light_spot spot = {
+    .on = true, .color = {1, 1, 1}, .intensity = 3, .inner_angle = 0.4f, .outer_angle = 0.8f};
+static const struct ng_light_directional sun = {.on = true, .color = {1, 1, 0.5f}, .irradiance = 2};
+static const struct ng_light_rectangle rectangle = {
+    .on = true, .color = {1, 0.5f, 0.2f}, .radiance = 2, .size = {1.5f, 0.6f}};
+static const struct ng_light_disk disk = {.on = true, .color = {1, 1, 1}, .radiance = 2, .radius = 0.6f};
+static const struct ng_light_sphere ball = {.on = true, .color = {1, 1, 1}, .radiance = 2, .radius = 0.4f};
+static const struct ng_light_environment sky = {.on = true, .color = {0.4f, 0.6f, 1}, .intensity = 1};
+
+static const struct {
+    const char *name;
+    ng_component type;
+    const void *light;
+    float bound; // of the error
+} lights[] = {
+    {"point", NG_LIGHT_POINT, &point, 1e-5f},
+    {"spot", NG_LIGHT_SPOT, &spot, 1e-5f},
+    {"sun", NG_LIGHT_DIRECTIONAL, &sun, 1e-5f},
+    {"rectangle", NG_LIGHT_RECTANGLE, &rectangle, 2e-3f},
+    {"disk", NG_LIGHT_DISK, &disk, 2e-3f},
+    {"sphere", NG_LIGHT_SPHERE, &ball, 2e-3f},
+    {"environment", NG_LIGHT_ENVIRONMENT, &sky, 2e-3f},
+};
+
+static const struct {
+    float metallic, roughness;
+    double slack; // smooth metal is nearly black but for a few highlights, whose tails weigh all the more
+} materials[] = {{0, 0.9f, 1}, {0, 0.2f, 1}, {1, 0.45f, 1}, {1, 0.1f, 10}};
+
+static void unshadowed_light_is_the_path_tracers(void **state)
+{
+    NG_UNUSED(state);
+    for (size_t m = 0; m < NG_COUNT(materials); m++)
+        for (size_t l = 0; l < NG_COUNT(lights); l++) {
+            struct scene s;
+            struct picture p = {0};
+            open_scene(&s, materials[m].metallic, materials[m].roughness);
+            scene_light(&s, lights[l].type, lights[l].light, (const float[3]){0.3f, 1.6f, 0.4f}, down);
+            scene_frame(&s, 0);
+            picture_encode(&p, &s, SIZE, SIZE);
+            double error = error_of(&s, &p, lights[l].bound < 1e-4f ? 8 : 400);
+            print_message("%s, metallic %g, roughness %g: %.2g\n", lights[l].name,
+                          (double)materials[m].metallic, (double)materials[m].roughness, error);
+            if (!(error < (double)lights[l].bound * materials[m].slack))
+                fail_msg("too far from the path tracer");
+            picture_close(&p);
+            scene_close(&s);
+        }
+}
+
+// An emissive mesh has no closed form: its direct VPLs and rays through the emitters share the work.
+static void emissive_meshes_too(void **state)
+{
+    NG_UNUSED(state);
+    for (size_t m = 0; m < NG_COUNT(materials); m++) {
+        struct scene s;
+        struct picture p = {0};
+        open_scene(&s, materials[m].metallic, materials[m].roughness);
+        ng_entity glow = scene_material(&s, (const float[3]){0, 0, 0}, 0, 1);
+        struct ng_material *material = ng_world_edit(s.world, glow, NG_MATERIAL);
+        material->emissive[0] = material->emissive[1] = material->emissive[2] = 2;
+        ng_entity e = scene_quad(&s, (const float[3]){-0.5f, 1.5f, -0.3f}, (const float[3]){1, 0, 0},
+                                 (const float[3]){0, 0, 0.8f}, glow);
+        OK(ng_world_add(s.world, e, NG_LIGHT_MESH,
+                        &(struct ng_light_mesh){.on = true, .color = {1, 1, 1}, .scale = 1}));
+        scene_frame(&s, 0);
+        picture_encode(&p, &s, SIZE, SIZE);
+        double error = error_of(&s, &p, 400);
+        print_message("mesh, metallic %g, roughness %g: %.2g\n", (double)materials[m].metallic,
+                      (double)materials[m].roughness, error);
+        assert_true(error < 2e-3);
+        picture_close(&p);
+        scene_close(&s);
+    }
+}
+
+// ---- kernels ---------------------------------------------------------------------------------------------
+
+static void random_unit(struct ng_rng *rng, float v[3][LF_LANES], int i)
+{
+    float length = 0;
+    for (int c = 0; c < 3; c++) {
+        v[c][i] = ng_rng_range(rng, -1, 1);
+        length += v[c][i] * v[c][i];
+    }
+    for (int c = 0; c < 3; c++)
+        v[c][i] /= sqrtf(length);
+}
+
+static struct lf_points random_points(struct ng_rng *rng)
+{
+    struct lf_points p;
+    for (int i = 0; i < LF_LANES; i++) {
+        random_unit(rng, p.normal, i);
+        random_unit(rng, p.view, i);
+        random_unit(rng, p.flat, i);
+        for (int c = 0; c < 3; c++) {
+            p.position[c][i] = ng_rng_range(rng, -1, 1);
+            p.albedo[c][i] = ng_rng_float(rng);
+            p.f0[c][i] = ng_rng_float(rng);
+        }
+        p.roughness[i] = ng_rng_float(rng);
+    }
+    return p;
+}
+
+static struct lf_light_shape random_shape(struct ng_rng *rng, enum lf_emitter emitter)
+{
+    struct lf_light_shape s = {.emitter = emitter,
+                               .sample_count = 7,
+                               .cone_scale = 2,
+                               .normal = {0, -1, 0},
+                               .u = {2, 0, 0},
+                               .v = {0, 0, 3},
+                               .area = 0.7f,
+                               .radius = 0.2f,
+                               .radiance = {1, 2, 3}};
+    for (int k = 0; k < 7; k++)
+        for (int c = 0; c < 3; c++) {
+            s.samples[k].position[c] = ng_rng_range(rng, -1, 1);
+            s.samples[k].normal[c] = c == 1 ? -1 : 0;
+            s.samples[k].weight[c] = ng_rng_float(rng);
+            s.samples[k].density = 10;
+        }
+    return s;
+}
+
+// To the last bit, on whatever CPU this is.
+static void instruction_sets_agree(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_rng rng = ng_rng_make(1, 1);
+    struct lf_bounce_source sources[5];
+    for (int round = 0; round < 200; round++) {
+        struct lf_points points = random_points(&rng);
+        struct lf_light_shape shape = random_shape(&rng, (enum lf_emitter)(round % 6));
+        for (int k = 0; k < 5; k++)
+            sources[k] = (struct lf_bounce_source){.position = {ng_rng_float(&rng), 0.2f, 0.1f * (float)k},
+                                                   .normal = {0, 1, 0},
+                                                   .flux = {1, 2, 3},
+                                                   .area = 0.1f};
+        struct lf_lit first, lit;
+        float bounce_first[3][LF_LANES], bounce[3][LF_LANES];
+        bool lobes = round % 4 < 2 && shape.emitter > LF_EMITTER_DIRECTION;
+        double sum = 0;
+        lf_kernels_of(0)->direct(&shape, &points, lobes, &first);
+        lf_kernels_of(0)->bounce(sources, 5, &points, bounce_first);
+        for (int i = 0; i < LF_LANES; i++)
+            sum += (double)(first.diffuse[0][i] + bounce_first[0][i]);
+        assert_true(sum > 0);
+        for (uint32_t k = 1; lf_kernels_of(k); k++) {
+            lf_kernels_of(k)->direct(&shape, &points, lobes, &lit);
+            lf_kernels_of(k)->bounce(sources, 5, &points, bounce);
+            assert_memory_equal(&first, &lit, sizeof lit);
+            assert_memory_equal(bounce_first, bounce, sizeof bounce);
+        }
+    }
+    uint32_t sets = 0;
+    while (lf_kernels_of(sets))
+        print_message("%s\n", lf_kernels_of(sets++)->name);
+    assert_string_equal(lf_kernels_of(sets - 1)->name, "plain");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(unshadowed_light_is_the_path_tracers),
+        cmocka_unit_test(emissive_meshes_too),
+        cmocka_unit_test(instruction_sets_agree),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
