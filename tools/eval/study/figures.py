@@ -1,6 +1,9 @@
 """Figures of pictures over test frames, with how sure they are."""
 
+import hashlib
+import json
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +48,27 @@ class Truth:
 
 
 def judge(picture: Path, truth: Truth, layers: tuple[str, ...]) -> dict:
-    """All figures of one picture: of the whole, and RSE and mean ratio of each layer of light."""
+    """All figures of one picture: of the whole, and RSE and mean ratio of each layer of light.
+
+    They are kept beside the picture under a name that follows from the references and from what computes them.
+    """
+    key = hashlib.sha256(f"{truth.first.name} {truth.second.name} {layers} {_version()}".encode()).hexdigest()[:12]
+    kept = picture.with_name(f"{picture.stem}-figures-{key}.json")
+    if not kept.exists():
+        unfinished = kept.with_suffix(".tmp")
+        unfinished.write_text(json.dumps(_judge(picture, truth, layers)), encoding="utf-8")
+        unfinished.replace(kept)
+    return json.loads(kept.read_text(encoding="utf-8"))
+
+
+@cache
+def _version() -> str:
+    """Of what computes figures."""
+    sources = [Path(__file__), *sorted(Path(metrics.__file__).parent.glob("*.py"))]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
+
+
+def _judge(picture: Path, truth: Truth, layers: tuple[str, ...]) -> dict:
     whole = truth.compare(picture)
     components = {layer: _component(truth.compare(picture, layer)) for layer in layers}
     return _component(whole) | {

@@ -14,7 +14,7 @@ from evaluation import BadInput
 from . import figures, methods, sequence, tables, timing
 from .figures import Truth
 from .methods import Method
-from .renderer import PROGRAM, ROOT, Renderer, digest, variation
+from .renderer import PROGRAM, ROOT, Renderer, Shot, digest, variation
 
 PARTS = {
     "time": "what a frame costs, in turns; the other parts need it for equal time",
@@ -27,7 +27,7 @@ RESULT = "quality.json"
 MOST_PATHS = 256  # samples a pixel, in the search for the error of the first network
 
 
-def parse() -> argparse.Namespace:
+def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(
         prog="tools/eval/quality", formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -51,10 +51,12 @@ def parse() -> argparse.Namespace:
     add("--moving-size", type=_positive, default=256, metavar="N", help="pixels a side (default 256)")
     add("--moving-spp", type=_positive, default=256, metavar="N", help="of its references (default 256)")
     add("--rounds", type=_positive, default=5, metavar="N", help="of measuring times (default 5)")
+    add("--only-networks", action="store_true", help="judge nothing else on the test frames")
     add("--parts", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help="not all parts; those done stay")
     add("--program", type=Path, default=PROGRAM, metavar="FILE", help="lightformer")
     add("--out", type=Path, default=ROOT / "out/quality", metavar="DIR", help="default out/quality")
-    values = parser.parse_args()
+    add("--pictures", type=Path, metavar="DIR", help="where pictures are kept (default: pictures in --out)")
+    values = parser.parse_args(arguments)
     names = [name for name, _ in values.weights]
     if len(set(names)) < len(names):
         parser.error("two networks have the same name: give them others, as NAME=WEIGHTS")
@@ -74,11 +76,12 @@ def _positive(text: str) -> int:
 
 
 class Study:
-    """One run of the command."""
+    """One run of the command; `command` is what repeats it."""
 
-    def __init__(self, options: argparse.Namespace) -> None:
-        self.options = options
-        self.renderer = Renderer(options.out / "pictures", options.program)
+    def __init__(self, options: argparse.Namespace, command: str) -> None:
+        self.options, self.command = options, command
+        self.renderer = Renderer(options.pictures or options.out / "pictures", options.program)
+        options.out.mkdir(parents=True, exist_ok=True)
         self.networks = [methods.network(name, path) for name, path in options.weights]
         self.result = self._begin()
 
@@ -88,7 +91,7 @@ class Study:
         settings = {"scene": o.scene.stem, "scene_hash": digest(o.scene), "frames": o.frames, "seeds": o.seeds,
                     "size": o.size, "spp": o.spp,
                     "networks": {method.name: digest(method.weights) for method in self.networks}}
-        fresh = {"settings": settings, "command": "tools/eval/quality " + shlex.join(sys.argv[1:]), "machine": machine()}
+        fresh = {"settings": settings, "command": self.command, "machine": machine()}
         try:
             earlier = json.loads((o.out / RESULT).read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -123,9 +126,9 @@ class Study:
         return timing.measure(self.renderer, o.scene, o.size, [*self.networks, methods.raster()], o.rounds)
 
     def _frames(self) -> dict:
-        judged = [*self.networks, methods.raster(), *self._paths(),
-                  *(methods.denoised(1, quality) for quality in methods.OIDN_QUALITIES)]
         o = self.options
+        others = [methods.raster(), *self._paths(), *(methods.denoised(1, quality) for quality in methods.OIDN_QUALITIES)]
+        judged = self.networks if o.only_networks else [*self.networks, *others]
         return self._judge(o.scene, o.frames, o.size, o.spp, judged)
 
     def _paths(self) -> list[Method]:
@@ -154,7 +157,7 @@ class Study:
                                           "figures": figures.summarize_frames(rows[method.name])}
                             for method in judged}}
 
-    def _truth(self, at, spp: int) -> Truth:
+    def _truth(self, at: Shot, spp: int) -> Truth:
         return Truth(*(self.renderer.picture(shot) for shot in methods.references(at, spp)))
 
     def _oidn(self) -> dict | None:
@@ -183,7 +186,7 @@ class Study:
     def _temporal(self) -> dict:
         o = self.options
         judged = [*self.networks, methods.raster(), methods.denoised(1, "high")]
-        return sequence.judge(self.renderer, o.moving, range(o.moving_frames), o.moving_size, o.moving_spp, judged)
+        return sequence.judge(self.renderer, o.moving, o.moving_frames, o.moving_size, o.moving_spp, judged)
 
     def _unseen(self) -> dict:
         o = self.options
@@ -207,7 +210,8 @@ def machine() -> dict[str, object]:
 def main() -> int:
     """The command."""
     try:
-        Study(parse()).run()
+        arguments = sys.argv[1:]
+        Study(parse(arguments), "tools/eval/quality " + shlex.join(arguments)).run()
     except BadInput as error:
         print(f"error: {error}", file=sys.stderr)
         return 1

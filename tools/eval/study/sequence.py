@@ -20,8 +20,12 @@ from .methods import Method
 from .renderer import Renderer, moment
 
 
-def judge(renderer: Renderer, scene: Path, frames: range, size: int, spp: int, judged: list[Method]) -> dict:
+FIRST_FRAME = 30  # of Chess: several pieces are on their way
+
+
+def judge(renderer: Renderer, scene: Path, count: int, size: int, spp: int, judged: list[Method]) -> dict:
     """Change and temporal error of each method, of the reference, and of a second reference with other noise."""
+    frames = range(FIRST_FRAME, FIRST_FRAME + count)
     truth = [tuple(renderer.picture(shot) for shot in methods.references(moment(scene, frame, size), spp))
              for frame in frames]
     rows = {"reference": [first for first, _ in truth], "second reference": [second for _, second in truth]}
@@ -30,7 +34,7 @@ def judge(renderer: Renderer, scene: Path, frames: range, size: int, spp: int, j
                              for frame, (first, _) in zip(frames, truth)]
     measured = {name: of_pictures(pictures, rows["reference"]) for name, pictures in rows.items()}
     own = measured["reference"]["change"]["mean"]
-    return {"scene": scene.stem, "frames": len(frames), "size": size, "spp": spp,
+    return {"scene": scene.stem, "frames": count, "size": size, "spp": spp,
             "methods": {name: figures | {"ratio": figures["change"]["mean"] / own} for name, figures in measured.items()}}
 
 
