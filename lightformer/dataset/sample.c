@@ -46,7 +46,7 @@ static size_t plane(const struct job *job)
     return (size_t)job->params->crop * job->params->crop;
 }
 
-// Adds "SEED/name"; of crops where `crop_rank`: then [crops] comes first and [crop, crop] last.
+// Adds "SEED/name".
 static void *add(const struct job *job, const char *name, enum lf_dtype dtype, uint32_t rank,
                  const uint64_t *shape)
 {
@@ -72,6 +72,48 @@ static ng_result not_finite(const struct job *job, const char *what, uint32_t x,
 
 // ---- frame and crops -------------------------------------------------------------------------------------
 
+// Of how many places the busiest is taken, for every second crop: rooms are mostly wall, and walls are soon
+// learned.
+#define CROP_CANDIDATES 6
+
+// How many pixels of a crop have on their right a surface of another direction, or none.
+static uint32_t edges_in(const struct job *job, const struct crop *crop)
+{
+    const struct lf_gbuffer *g = job->gbuffer;
+    uint32_t edges = 0;
+    for (uint32_t y = crop->y; y < crop->y + job->params->crop; y++)
+        for (uint32_t x = crop->x; x + 1 < crop->x + job->params->crop; x++) {
+            size_t i = 4 * ((size_t)y * job->params->size + x);
+            const uint16_t *a = g->normal + i;
+            float cosine = 0;
+            for (size_t c = 0; c < 3; c++)
+                cosine += ng_half_to_float(a[c]) * ng_half_to_float(a[4 + c]);
+            edges += g->position[i + 3] > 0 && cosine < 0.95f;
+        }
+    return edges;
+}
+
+static struct crop random_crop(const struct lf_sample_params *p, struct ng_rng *rng)
+{
+    uint32_t x = ng_rng_below(rng, p->size - p->crop + 1);
+    return (struct crop){x, ng_rng_below(rng, p->size - p->crop + 1)};
+}
+
+static struct crop busiest_crop(const struct job *job, struct ng_rng *rng)
+{
+    struct crop best = random_crop(job->params, rng);
+    uint32_t most = edges_in(job, &best);
+    for (int i = 1; i < CROP_CANDIDATES; i++) {
+        struct crop c = random_crop(job->params, rng);
+        uint32_t edges = edges_in(job, &c);
+        if (edges > most) {
+            most = edges;
+            best = c;
+        }
+    }
+    return best;
+}
+
 static ng_result choose_crops(struct job *job)
 {
     const struct lf_sample_params *p = job->params;
@@ -81,8 +123,7 @@ static ng_result choose_crops(struct job *job)
         return NG_ERROR_MEMORY;
     for (uint32_t i = 0; i < p->crops; i++) {
         struct crop *c = &job->crops[i];
-        c->x = ng_rng_below(&rng, p->size - p->crop + 1);
-        c->y = ng_rng_below(&rng, p->size - p->crop + 1);
+        *c = i % 2 == 1 && p->crop < p->size ? busiest_crop(job, &rng) : random_crop(p, &rng);
         origin[i * 2] = (int32_t)c->x;
         origin[i * 2 + 1] = (int32_t)c->y;
     }

@@ -384,7 +384,7 @@ static void check_inputs(const struct lf_tensors *t)
             for (size_t c = 0; c < 3; c++)
                 truth += (double)number(unshadowed, (k * 3 + c) * N + i);
         }
-    assert_true(fabs(ours - truth) < 0.03 * truth);
+    assert_true(fabs(ours - truth) < 0.05 * truth); // of two samples a pixel
 }
 
 static void shards_hold_inputs_and_targets(void **state)
