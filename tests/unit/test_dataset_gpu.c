@@ -267,7 +267,7 @@ static struct lf_dataset_params small(const char *directory)
                                       .size = 64,
                                       .crop = 24,
                                       .crops = 2,
-                                      .spp = 2,
+                                      .spp = 8,
                                       .shard = 4, // two samples
                                       .vpls = 50};
 }
@@ -384,7 +384,7 @@ static void check_inputs(const struct lf_tensors *t)
             for (size_t c = 0; c < 3; c++)
                 truth += (double)number(unshadowed, (k * 3 + c) * N + i);
         }
-    assert_true(fabs(ours - truth) < 0.05 * truth); // of two samples a pixel
+    assert_true(fabs(ours - truth) < 0.03 * truth);
 }
 
 static void shards_hold_inputs_and_targets(void **state)
@@ -569,7 +569,7 @@ static void what_makes_no_sense_is_refused(void **state)
     p.count = 1;
     make(&p);
     p.spp = 3;
-    refused(&p, NG_ERROR_FORMAT, "spp is \"2\" there");
+    refused(&p, NG_ERROR_FORMAT, "spp is \"8\" there");
     p = small(directory);
     p.depth = 3;
     refused(&p, NG_ERROR_FORMAT, "depth is \"0\" there");
