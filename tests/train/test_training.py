@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import socket
 import subprocess
 import unittest
@@ -54,9 +55,9 @@ class Training(unittest.TestCase):
         self.assertIn("data:image/png", page)
 
         interrupted = trainer("parts")
-        interrupted.total = 31
-        interrupted._finish = interrupted._save_checkpoint  # as if it ended here
-        interrupted.run()
+        interrupted._decide_total = lambda: interrupted.step == 31 and os.kill(os.getpid(), signal.SIGINT)
+        with self.assertRaisesRegex(Stopped, "interrupted at step 31"):
+            interrupted.run()
         resumed = trainer("parts")
         resumed.resume()
         self.assertEqual(resumed.step, 31)

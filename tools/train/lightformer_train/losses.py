@@ -5,7 +5,8 @@ Eq. 8 of the paper: L1 of log(1 + x) on each component, plus a perceptual term o
 - The shadow's term is on T_d = T_l T_ls, since the bare ratio is 1 nearly everywhere, a minimum that training does not
   leave.
 - L1 learns the median of noisy targets, which is too dark where paths are rare. A squared error relative to our own
-  value (Lehtinen et al. 2018, Noise2Noise, 4.1) learns the mean: (a - b)^2 / (stop(a)^2 + eps), added for T_d and T_i.
+  value (Lehtinen et al. 2018, Noise2Noise, 4.1) learns the mean: (a - b)^2 / (stop(a)^2 + eps), added for T_i and for
+  the whole picture, which is what it is judged by.
 """
 
 from collections.abc import Callable, Iterable
@@ -56,17 +57,18 @@ class Loss:
     def __call__(self, out: dict[str, Tensor], batch: Batch) -> tuple[Tensor, dict[str, float]]:
         """The loss, and its terms for the report."""
         scale = 1 / (self.unit * _frame(batch))
-        mask = batch.weight
-        w = self.weights
-        terms = {}
-        targets = {"unshadowed": batch.unshadowed, "direct": batch.direct, "indirect": batch.indirect}
-        for name, target in targets.items():
-            ours, reference = out[name] * scale, target * scale
-            terms[name] = getattr(w, name) * _mean(torch.abs(_log(ours) - _log(reference)), mask)
-            if name != "unshadowed":
-                terms[f"{name} squared"] = w.squared * _mean(relative_squared(ours, reference), mask)
-            if name == "direct":
-                terms["perceptual"] = w.perceptual * self.perceptual(_log(ours) * mask, _log(reference) * mask)
+        ours = {name: x * scale for name, x in out.items()}
+        reference = {"unshadowed": batch.unshadowed, "direct": batch.direct, "indirect": batch.indirect}
+        reference = {name: x * scale for name, x in reference.items()}
+        logs = {name: (_log(ours[name]), _log(reference[name])) for name in ours}
+        for pictures in (ours, reference):
+            pictures["total"] = pictures["direct"] + pictures["indirect"]
+        w, mask = self.weights, batch.weight
+        terms = {name: getattr(w, name) * _mean(torch.abs(a - b), mask) for name, (a, b) in logs.items()}
+        terms["perceptual"] = w.perceptual * self.perceptual(*(x * mask for x in logs["direct"]))
+        for name in ("indirect", "total"):
+            error = _mean(relative_squared(ours[name], reference[name]), mask)
+            terms[f"{name} squared"] = w.squared * error
         total = sum(terms.values())
         return total, {name: float(term.detach()) for name, term in terms.items()}
 

@@ -115,7 +115,9 @@ def _visibility(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixe
     if "shadow-clue" not in without:
         gap = b.apply("sub", "view.distance", "view.occluder")
         ratio = b.apply("div", "view.occluder", b.affine("view.distance", 1.0, 1e-3))
-        fine += [b.apply("tanh", b.affine(gap, 4.0)), b.apply("tanh", b.affine(gap, 64.0)), ratio]
+        occluded = b.apply("clamp", b.affine(gap, 1000.0), low=0.0, high=1.0)
+        log_gap = b.affine(b.apply("log", b.affine(gap, 1.0, 1e-3)), 1 / 3, 1.5)
+        fine += [occluded, log_gap, ratio]
     fine_value = b.apply("concat", *fine)
     coarse = [b.pool(x) for x in (log_distance, pixel.log_distance, pixel.cosine)]
     if "direction" not in without:
@@ -229,7 +231,7 @@ def _indirect(
     residue = b.affine(b.apply("softplus", b.affine(part(3, 6), 1.0, -2.0)), UNIT)
     diffuse = residue
     if "bounce" not in without:
-        diffuse = b.apply("add", b.apply("mul", bounce, b.apply("softplus", b.affine(part(0, 3), 1.0, 0.5))), residue)
+        diffuse = b.apply("add", b.apply("mul", bounce, b.apply("softplus", b.affine(part(0, 3), 1.0, 1.2))), residue)
     if "albedo" not in without:
         diffuse = b.apply("mul", diffuse, "pixel.diffuse")
     radiance = b.affine(b.apply("softplus", part(6, 9)), UNIT)

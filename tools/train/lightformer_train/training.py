@@ -9,6 +9,7 @@ import io
 import math
 import pickle
 import shlex
+import signal
 import statistics
 import time
 from collections import deque
@@ -105,6 +106,7 @@ class Trainer:
         self.step, self.total = 0, settings.steps
         self.seconds: list[float] = []  # of the steps of this run
         self.flops = 0.0  # of a step
+        self.interrupted = False
         self.terms: list[dict[str, float]] = []  # since the last point of the curves
         self.recent = deque(maxlen=100)  # losses and seconds of steps, for the line of progress
 
@@ -136,7 +138,22 @@ class Trainer:
     # ---- learning
 
     def run(self) -> None:
-        """All steps that are left; then the network, judged, and the report."""
+        """All steps that are left; then the network, judged, and the report. Stopped if SIGINT or SIGTERM came."""
+        before = {number: signal.signal(number, self._interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            self._run_steps()
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+        if self.processes.first:
+            self._finish()
+        self.processes.finish()
+
+    def _interrupt(self, *_: object) -> None:
+        """The step at work is finished first: a checkpoint lies between steps."""
+        self.interrupted = True
+
+    def _run_steps(self) -> None:
         save, speak = Every(CHECKPOINT_SECONDS), Every(PROGRESS_SECONDS)
         begun = time.monotonic()
         for batch in self._steps():
@@ -148,12 +165,11 @@ class Trainer:
             self._note()
             if self.processes.first and speak():
                 print(self._progress(), flush=True)
-            if self.processes.first and save():
+            if self.processes.first and (save() or self.interrupted):
                 self._save_checkpoint()
+            if self.interrupted:
+                raise Stopped(f"interrupted at step {self.step}; --resume goes on")
             begun = time.monotonic()
-        if self.processes.first:
-            self._finish()
-        self.processes.finish()
 
     def _steps(self) -> Iterator[Batch]:
         def numbers() -> Iterator[int]:
