@@ -65,12 +65,18 @@ struct lf_mirror {
     struct lf_floats seen[2];              // [hits][channels], before and after a pass
 };
 
+#define LF_PIXEL_PLANES 31 // of all inputs, and what is kept beside them
+// Floats between the planes of one input and the next. Without, the same pixel of all planes of a picture of
+// 512 x 512 would compete for one set of a cache.
+#define LF_PLANE_GAP    208
+
 struct lf_pixel_clues {
     uint32_t width, height;
     struct lf_space space;
-    float eye[3];               // metres
-    float radiance, mean_power; // frame.*
-    struct lf_floats memory;    // of the planes
+    float eye[3];                   // metres
+    float radiance, mean_power;     // frame.*
+    struct lf_floats memory;        // of the planes
+    float *planes[LF_PIXEL_PLANES]; // all of them:
     // Planes [width * height], by axis or channel.
     float *mask, *position[3], *normal[3], *flat[3], *view[3], *distance;
     float *diffuse[3], *specular[3], *roughness;

@@ -171,8 +171,11 @@ static void light_runs(void *user, uint32_t begin, uint32_t end, uint32_t worker
         size_t rough[RUN], smooth[RUN];
         uint32_t rough_count = 0, smooth_count = 0;
         for (size_t i = run * RUN; i < all && i < (run + 1) * RUN; i++) {
-            if (!(l->pixels->mask[i] > 0))
+            if (!(l->pixels->mask[i] > 0)) {
+                for (int c = 0; c < 3; c++)
+                    l->diffuse[c][i] = l->glossy[c][i] = 0;
                 continue;
+            }
             if (l->pixels->roughness[i] < LF_SMOOTH)
                 smooth[smooth_count++] = i;
             else

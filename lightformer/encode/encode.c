@@ -293,13 +293,12 @@ static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, stru
 {
     enum { PLANES = 20 };
     struct lf_floats *memory = scene->view ? &scene->view->floats : &l->view;
-    if (!ng_array_resize(&memory->list, PLANES * count))
+    if (!ng_array_resize(&memory->list, PLANES * (count + LF_PLANE_GAP)))
         return ng_out_of_memory("the view of a light");
     l->pixel_count = count;
     float *next = memory->list.items,
           **planes[] = {out->way, out->diffuse, out->glossy, out->bounce, out->mirror, out->mirror_bounce};
-    memset(next, 0, PLANES * count * sizeof *next);
-    for (size_t i = 0; i < NG_COUNT(planes); i++)
+    for (size_t i = 0; i < NG_COUNT(planes); i++, next += LF_PLANE_GAP)
         for (int c = 0; c < (i ? 3 : 5); c++, next += count)
             planes[i][c] = next;
     const struct {

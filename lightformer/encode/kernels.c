@@ -271,13 +271,15 @@ static void meet_plane(const struct lf_light_shape *shape, const struct lf_point
               z = shape->center[2] - p->position[2][i];
         float cosine = -dot(r->x[i], r->y[i], r->z[i], shape->normal[0], shape->normal[1], shape->normal[2]);
         float height = -dot(x, y, z, shape->normal[0], shape->normal[1], shape->normal[2]);
-        float t = height / ng_max(cosine, 1e-6f);
+        float slope = ng_max(cosine, 1e-6f), t = height / slope;
         x = r->x[i] * t - x, y = r->y[i] * t - y, z = r->z[i] * t - z;
         float a = dot(x, y, z, shape->u[0], shape->u[1], shape->u[2]);
         float b = dot(x, y, z, shape->v[0], shape->v[1], shape->v[2]);
         float extent = disk ? a * a + b * b : ng_max(ng_abs(a), ng_abs(b));
-        bool meets = cosine > 1e-6f && height > 0 && extent <= 1;
-        density[i] = meets ? count * t * t / (shape->area * cosine) : 0;
+        float found = count * t * t / (shape->area * slope);
+        found = height > 0 ? found : 0;
+        found = cosine > 1e-6f ? found : 0;
+        density[i] = extent <= 1 ? found : 0;
     }
 }
 

@@ -286,8 +286,25 @@ static void spread_taps(void *user, uint32_t begin, uint32_t end, uint32_t worke
     }
 }
 
-static void spread(const struct lf_encode_scene *scene, const struct spreading *s)
+struct clearing {
+    const struct spreading *planes;
+    size_t count;
+};
+
+static void clear_planes(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
+    NG_UNUSED(worker);
+    const struct clearing *c = user;
+    for (uint32_t i = begin; i < end; i++)
+        memset(c->planes->planes[i], 0, c->count * sizeof(float));
+}
+
+// Pixels that are not smooth have no reflection.
+static void spread(const struct lf_encode_scene *scene, const struct lf_pixel_clues *p,
+                   const struct spreading *s)
+{
+    struct clearing clearing = {.planes = s, .count = (size_t)p->width * p->height};
+    ng_jobs_for(scene->jobs, s->channels, 1, clear_planes, &clearing);
     ng_jobs_for(scene->jobs, (uint32_t)s->mirror->taps.count, 2048, spread_taps, (void *)s);
 }
 
@@ -320,7 +337,7 @@ static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixe
                           .channels = PIXEL_CHANNELS,
                           .planes = {p->mirror, p->mirror_albedo[0], p->mirror_albedo[1], p->mirror_albedo[2],
                                      p->emission[0], p->emission[1], p->emission[2]}};
-    spread(scene, &s);
+    spread(scene, p, &s);
     p->values.of[LF_INPUT_PIXEL_MIRROR] = p->mirror;
     p->values.of[LF_INPUT_PIXEL_MIRROR_ALBEDO] = p->mirror_albedo[0];
     p->values.of[LF_INPUT_PIXEL_MIRROR_EMISSION] = p->emits ? p->mirror_emission[0] : NULL;
@@ -429,6 +446,6 @@ ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_p
                           .from = light->reflected[1].list.items,
                           .channels = LIGHT_CHANNELS,
                           .planes = {direct[0], direct[1], direct[2], bounce[0], bounce[1], bounce[2]}};
-    spread(scene, &s);
+    spread(scene, pixels, &s);
     return NG_OK;
 }

@@ -87,9 +87,13 @@ static void find_tile(const struct search *s, uint32_t x0, uint32_t y0)
         uint32_t x = x0 + i % TILE, y = y0 + i / TILE;
         at[i] = SIZE_MAX;
         packet.far[i] = 0;
-        if (x >= p->width || y >= p->height || !(p->mask[(size_t)y * p->width + x] > 0))
+        if (x >= p->width || y >= p->height)
             continue;
         at[i] = (size_t)y * p->width + x;
+        if (!(p->mask[at[i]] > 0)) {
+            write_pixel(s, at[i], &(struct way){.distance = 0}, 0);
+            continue;
+        }
         ways[i] = find_way(s, at[i]);
         if (s->light->maps) {
             look_up(s, at[i], &ways[i]);

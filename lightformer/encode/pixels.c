@@ -5,11 +5,14 @@
 #include "base/half.h"
 #include "lightformer/trace/vec.h"
 
+#include <assert.h>
 #include <string.h>
 
 #define ROWS         4     // of pixels, a job
 #define PLANE_GRAIN  0.01f // distance from a pixel's plane, in distances to the eye, that halves a weight
 #define LEAST_WEIGHT 0.6f  // of all neighbours, below which a pixel stands alone
+
+#define RUN 128 // pixels that are read together
 
 struct reading {
     struct lf_pixel_clues *out;
@@ -18,12 +21,20 @@ struct reading {
 
 // ---- planes ----------------------------------------------------------------------------------------------
 
-static void set_planes(float **next, size_t count, float **planes, int channels)
+struct layout {
+    struct lf_pixel_clues *out;
+    float *next;
+    size_t count; // of pixels
+    int plane;
+};
+
+static void set_planes(struct layout *l, float **planes, int channels)
 {
     for (int c = 0; c < channels; c++) {
-        planes[c] = *next;
-        *next += count;
+        l->out->planes[l->plane++] = planes[c] = l->next;
+        l->next += l->count;
     }
+    l->next += LF_PLANE_GAP;
 }
 
 static void set_value(struct lf_pixel_clues *p, enum lf_net_input input, const float *plane)
@@ -34,24 +45,23 @@ static void set_value(struct lf_pixel_clues *p, enum lf_net_input input, const f
 static ng_result lay_out(struct lf_pixel_clues *p)
 {
     size_t count = (size_t)p->width * p->height;
-    enum { PLANES = 32 };
-    if (!ng_array_resize(&p->memory.list, PLANES * count))
+    if (!ng_array_resize(&p->memory.list, LF_PIXEL_PLANES * (count + LF_PLANE_GAP)))
         return ng_out_of_memory("the inputs of a picture");
-    float *next = p->memory.list.items;
-    memset(next, 0, PLANES * count * sizeof *next);
-    set_planes(&next, count, &p->mask, 1);
-    set_planes(&next, count, p->position, 3);
-    set_planes(&next, count, p->normal, 3);
-    set_planes(&next, count, p->flat, 3);
-    set_planes(&next, count, p->view, 3);
-    set_planes(&next, count, &p->distance, 1);
-    set_planes(&next, count, p->diffuse, 3);
-    set_planes(&next, count, p->specular, 3);
-    set_planes(&next, count, &p->roughness, 1);
-    set_planes(&next, count, &p->mirror, 1);
-    set_planes(&next, count, p->mirror_albedo, 3);
-    set_planes(&next, count, p->mirror_emission, 3);
-    set_planes(&next, count, p->emission, 3);
+    struct layout l = {.out = p, .next = p->memory.list.items, .count = count};
+    set_planes(&l, &p->mask, 1);
+    set_planes(&l, p->position, 3);
+    set_planes(&l, p->normal, 3);
+    set_planes(&l, p->flat, 3);
+    set_planes(&l, p->view, 3);
+    set_planes(&l, &p->distance, 1);
+    set_planes(&l, p->diffuse, 3);
+    set_planes(&l, p->specular, 3);
+    set_planes(&l, &p->roughness, 1);
+    set_planes(&l, &p->mirror, 1);
+    set_planes(&l, p->mirror_albedo, 3);
+    set_planes(&l, p->mirror_emission, 3);
+    set_planes(&l, p->emission, 3);
+    assert(l.plane == LF_PIXEL_PLANES);
     set_value(p, LF_INPUT_PIXEL_MASK, p->mask);
     set_value(p, LF_INPUT_PIXEL_POSITION, p->position[0]);
     set_value(p, LF_INPUT_PIXEL_NORMAL, p->normal[0]);
@@ -74,45 +84,63 @@ static void decode_flat(float x, float y, const float normal[3], float out[3])
         memcpy(out, normal, 3 * sizeof *out);
 }
 
-static float half_at(const uint16_t *picture, size_t pixel, int channel)
+// A run of pixels, its halfs made floats in one loop that vectorizes.
+struct run {
+    float normal[RUN][4], diffuse[RUN][4], specular[RUN][4];
+};
+
+static void to_floats(const uint16_t *picture, size_t first, size_t count, float (*out)[4])
 {
-    return lf_finite(ng_half_to_float(picture[4 * pixel + (size_t)channel]));
+    const uint16_t *from = picture + 4 * first;
+    float *to = out[0];
+    for (size_t i = 0; i < 4 * count; i++)
+        to[i] = lf_finite(ng_half_to_float(from[i]));
 }
 
-static void read_pixel(const struct reading *r, size_t i)
+static void read_pixel(const struct reading *r, size_t i, const float normal4[4], const float diffuse[4],
+                       const float specular[4])
 {
     struct lf_pixel_clues *p = r->out;
     const float *world = r->gbuffer.position + 4 * i;
-    float position[3], normal[3], view[3], flat[3];
+    float position[3], normal[3] = {normal4[0], normal4[1], normal4[2]}, view[3], flat[3];
     if (!(world[3] > 0) || !isfinite(world[0] + world[1] + world[2]))
         return;
-    for (int c = 0; c < 3; c++)
-        normal[c] = half_at(r->gbuffer.normal, i, c);
     lf_mad(p->eye, world, -1, view);
     float distance = sqrtf(lf_dot(view, view));
     if (!lf_normalize(normal) || !lf_normalize(view))
         return;
     lf_to_scene(&p->space, world, position);
-    decode_flat(half_at(r->gbuffer.diffuse, i, 3), half_at(r->gbuffer.specular, i, 3), normal, flat);
+    decode_flat(diffuse[3], specular[3], normal, flat);
     p->mask[i] = 1;
     p->distance[i] = distance / p->space.radius;
-    p->roughness[i] = half_at(r->gbuffer.normal, i, 3);
+    p->roughness[i] = normal4[3];
     for (int c = 0; c < 3; c++) {
         p->position[c][i] = position[c];
         p->normal[c][i] = normal[c];
         p->view[c][i] = view[c];
         p->flat[c][i] = flat[c];
-        p->diffuse[c][i] = half_at(r->gbuffer.diffuse, i, c);
-        p->specular[c][i] = half_at(r->gbuffer.specular, i, c);
+        p->diffuse[c][i] = diffuse[c];
+        p->specular[c][i] = specular[c];
     }
 }
 
-static void read_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+// Pixels without a surface stay zero in all planes.
+static void read_runs(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct reading *r = user;
-    for (size_t i = (size_t)begin * r->out->width; i < (size_t)end * r->out->width; i++)
-        read_pixel(r, i);
+    size_t all = (size_t)r->out->width * r->out->height;
+    for (size_t n = begin; n < end; n++) {
+        struct run run;
+        size_t first = n * RUN, count = all - first < RUN ? all - first : RUN;
+        to_floats(r->gbuffer.normal, first, count, run.normal);
+        to_floats(r->gbuffer.diffuse, first, count, run.diffuse);
+        to_floats(r->gbuffer.specular, first, count, run.specular);
+        for (size_t k = 0; k < LF_PIXEL_PLANES; k++)
+            memset(r->out->planes[k] + first, 0, count * sizeof(float));
+        for (size_t i = 0; i < count; i++)
+            read_pixel(r, first + i, run.normal[i], run.diffuse[i], run.specular[i]);
+    }
 }
 
 void lf_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, int lane, struct lf_points *out)
@@ -202,6 +230,7 @@ ng_result lf_pixels_read(const struct lf_encode_scene *scene, const struct lf_en
     memset(&out->values, 0, sizeof out->values);
     memcpy(out->eye, snapshot->camera.position, sizeof out->eye);
     NG_TRY(lay_out(out));
-    ng_jobs_for(scene->jobs, out->height, ROWS, read_rows, &reading);
+    ng_jobs_for(scene->jobs, (uint32_t)(((size_t)out->width * out->height + RUN - 1) / RUN), 16, read_runs,
+                &reading);
     return lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE) ? connect_to_grid(scene, out) : NG_OK;
 }
