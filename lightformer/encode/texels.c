@@ -25,7 +25,8 @@ static void add_lobe(struct lf_light_clues *light, const float normal[3], const 
 {
     for (size_t i = 0; i < light->intensity.count; i++) {
         struct lf_intensity_lobe *lobe = &light->intensity.items[i];
-        if (memcmp(lobe->normal, normal, sizeof lobe->normal) == 0) {
+        const float *n = lobe->normal;
+        if (n[0] == normal[0] && n[1] == normal[1] && n[2] == normal[2]) {
             lf_mad(lobe->weight, weight, 1, lobe->weight);
             return;
         }
