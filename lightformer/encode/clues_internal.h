@@ -62,7 +62,7 @@ struct lf_mirror {
     NG_ARRAY(struct lf_mirror_hit) hits;   // in the order of pixels
     NG_ARRAY(struct lf_mirror_blur) blurs; // [LF_MIRROR_PASSES][hits]
     NG_ARRAY(struct lf_mirror_taps) taps;  // of all smooth pixels
-    struct lf_floats seen[2];              // [hits][channels], before and after a pass
+    struct lf_floats seen[2];              // what hits show, before and after a pass
 };
 
 #define LF_PIXEL_PLANES 31 // of all inputs, and what is kept beside them
@@ -119,12 +119,11 @@ struct lf_light_clues {
     NG_ARRAY(struct lf_bounce_source) sources;
     uint32_t vpl_count, texel_count;
     float share, power[3], color[3], kind[3];
-    struct lf_floats rows; // vpl and texel inputs
-    struct lf_floats view; // view inputs, or those that were kept of them
-    size_t pixel_count;    // of a plane of them
-    struct lf_floats grid; // sums of RSM texels at the grid
-    struct lf_floats
-        reflected[2]; // [hits][6]: direct light and bounce * albedo where mirror rays end; scratch
+    struct lf_floats rows;         // vpl and texel inputs
+    struct lf_floats view;         // view inputs, or those that were kept of them
+    size_t pixel_count;            // of a plane of them
+    struct lf_floats grid;         // sums of RSM texels at the grid
+    struct lf_floats reflected[2]; // what hits show of the light
     struct lf_net_values values;
     double ms[LF_ENCODE_STAGES];
 };

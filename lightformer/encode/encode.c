@@ -132,10 +132,14 @@ double lf_encode_lap(uint64_t *begin)
 static void set_frame(const struct ng_snapshot *snapshot, struct lf_pixel_clues *p)
 {
     double sum = 0, square = (double)p->space.radius * (double)p->space.radius;
-    for (uint32_t i = 0; i < snapshot->light_count; i++)
-        sum += (double)ng_light_power(&snapshot->lights[i].source);
+    uint32_t shining = 0;
+    for (uint32_t i = 0; i < snapshot->light_count; i++) {
+        float power = ng_light_power(&snapshot->lights[i].source);
+        sum += (double)power;
+        shining += power > 0;
+    }
     p->radiance = lf_finite((float)(sum / square));
-    p->mean_power = snapshot->light_count ? p->radiance / (float)snapshot->light_count : 0;
+    p->mean_power = shining ? p->radiance / (float)shining : 0;
     p->values.of[LF_INPUT_FRAME_RADIANCE] = &p->radiance;
     p->values.of[LF_INPUT_FRAME_MEAN_POWER] = &p->mean_power;
     if (!p->emits)

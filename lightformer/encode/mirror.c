@@ -15,6 +15,7 @@
 #define SHADOW_RAYS     4 // to an extended light
 #define SHADOW_REACH    0.999f
 #define LEAST_ROUGHNESS 0.3f // of what is seen in a mirror: sharper highlights there would alias
+#define CHANNELS        8    // of what a hit shows, room included: loops of a fixed, round number vectorize
 #define PIXEL_CHANNELS  7    // nearness, albedo + F0, emission
 #define LIGHT_CHANNELS  6    // direct light, bounce * albedo
 #define PLANE_GRAIN     0.02f
@@ -186,9 +187,8 @@ static void find_blurs(void *user, uint32_t begin, uint32_t end, uint32_t worker
 
 struct blurring {
     const struct lf_mirror_blur *blurs; // of a pass
-    const float *from;
+    const float *from;                  // [hits][CHANNELS]
     float *to;
-    uint32_t channels;
 };
 
 static void blur_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -197,23 +197,22 @@ static void blur_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     const struct blurring *b = user;
     for (size_t i = begin; i < end; i++) {
         const struct lf_mirror_blur *blur = &b->blurs[i];
-        float sum[PIXEL_CHANNELS] = {0};
+        float sum[CHANNELS] = {0};
         for (int k = 0; k < 9; k++)
-            for (uint32_t c = 0; c < b->channels; c++)
-                sum[c] += blur->weight[k] * b->from[blur->hit[k] * (size_t)b->channels + c];
-        memcpy(b->to + i * b->channels, sum, b->channels * sizeof *sum);
+            for (size_t c = 0; c < CHANNELS; c++)
+                sum[c] += blur->weight[k] * b->from[blur->hit[k] * (size_t)CHANNELS + c];
+        memcpy(b->to + i * CHANNELS, sum, sizeof sum);
     }
 }
 
 // The result is in seen[1].
-static void blur(const struct lf_encode_scene *scene, const struct lf_mirror *m, uint32_t channels,
+static void blur(const struct lf_encode_scene *scene, const struct lf_mirror *m,
                  const struct lf_floats seen[2])
 {
     for (size_t pass = 0; pass < LF_MIRROR_PASSES; pass++) {
         struct blurring b = {.blurs = m->blurs.items + pass * m->hits.count,
                              .from = seen[pass % 2].list.items,
-                             .to = seen[(pass + 1) % 2].list.items,
-                             .channels = channels};
+                             .to = seen[(pass + 1) % 2].list.items};
         ng_jobs_for(scene->jobs, (uint32_t)m->hits.count, 512, blur_hits, &b);
     }
 }
@@ -277,12 +276,12 @@ static void spread_taps(void *user, uint32_t begin, uint32_t end, uint32_t worke
     const struct spreading *s = user;
     for (uint32_t i = begin; i < end; i++) {
         const struct lf_mirror_taps *t = &s->mirror->taps.items[i];
-        for (uint32_t c = 0; c < s->channels; c++) {
-            float sum = 0;
-            for (int k = 0; k < 4; k++)
-                sum += t->weight[k] * s->from[t->hit[k] * (size_t)s->channels + c];
-            s->planes[c][t->pixel] = sum;
-        }
+        float sum[CHANNELS] = {0};
+        for (int k = 0; k < 4; k++)
+            for (size_t c = 0; c < CHANNELS; c++)
+                sum[c] += t->weight[k] * s->from[t->hit[k] * (size_t)CHANNELS + c];
+        for (uint32_t c = 0; c < s->channels; c++)
+            s->planes[c][t->pixel] = sum[c];
     }
 }
 
@@ -321,17 +320,17 @@ static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixe
 {
     struct lf_mirror *m = &p->reflections;
     for (int i = 0; i < 2; i++)
-        if (!ng_array_resize(&m->seen[i].list, PIXEL_CHANNELS * m->hits.count))
+        if (!ng_array_resize(&m->seen[i].list, CHANNELS * m->hits.count))
             return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0; i < m->hits.count; i++) {
         const struct lf_mirror_hit *hit = &m->hits.items[i];
-        float *seen = m->seen[0].list.items + i * PIXEL_CHANNELS;
+        float *seen = m->seen[0].list.items + i * CHANNELS;
         seen[0] = hit->met ? 1 / (1 + hit->distance) : 0;
         lf_mad(hit->albedo, hit->f0, 1, seen + 1);
         memcpy(seen + 4, hit->emission, sizeof hit->emission);
         p->emits = p->emits || lf_max3(hit->emission) > 0;
     }
-    blur(scene, m, PIXEL_CHANNELS, m->seen);
+    blur(scene, m, m->seen);
     struct spreading s = {.mirror = m,
                           .from = m->seen[1].list.items,
                           .channels = PIXEL_CHANNELS,
@@ -363,7 +362,7 @@ struct lighting {
     const struct lf_encode_scene *scene;
     const struct lf_mirror *mirror;
     const struct lf_light_clues *light;
-    float *out; // [hits][LIGHT_CHANNELS]
+    float *out; // [hits][CHANNELS]
 };
 
 static void set_lane(const struct lf_mirror_hit *hit, int lane, struct lf_points *out)
@@ -414,7 +413,7 @@ static void light_lanes(const struct lighting *l, size_t first)
     lf_direct_at(l->scene, l->light, &points, (uint32_t)count, false, &lit);
     lf_kernels_of(0)->bounce(l->light->sources.items, (uint32_t)l->light->sources.count, &points, bounce);
     for (size_t i = 0; i < count; i++) {
-        float *out = l->out + (first + i) * LIGHT_CHANNELS, lit_sum = 0;
+        float *out = l->out + (first + i) * CHANNELS, lit_sum = 0;
         for (int c = 0; c < 3; c++) {
             out[c] = hits[i].met ? lf_finite(lit.diffuse[c][i] + lit.glossy[c][i]) : 0;
             out[3 + c] = hits[i].met ? lf_finite(bounce[c][i] * hits[i].albedo[c]) : 0;
@@ -437,11 +436,11 @@ ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_p
 {
     const struct lf_mirror *m = &pixels->reflections;
     for (int i = 0; i < 2; i++)
-        if (!ng_array_resize(&light->reflected[i].list, LIGHT_CHANNELS * m->hits.count))
+        if (!ng_array_resize(&light->reflected[i].list, CHANNELS * m->hits.count))
             return ng_out_of_memory("the view of a light");
     struct lighting l = {.scene = scene, .mirror = m, .light = light, .out = light->reflected[0].list.items};
     ng_jobs_for(scene->jobs, (uint32_t)((m->hits.count + LF_LANES - 1) / LF_LANES), 4, light_hits, &l);
-    blur(scene, m, LIGHT_CHANNELS, light->reflected);
+    blur(scene, m, light->reflected);
     struct spreading s = {.mirror = m,
                           .from = light->reflected[1].list.items,
                           .channels = LIGHT_CHANNELS,
