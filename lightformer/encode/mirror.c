@@ -205,9 +205,8 @@ static void blur_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     }
 }
 
-// The result is in seen[1].
-static void blur(const struct lf_encode_scene *scene, const struct lf_mirror *m,
-                 const struct lf_floats seen[2])
+// `seen`: two of them; the result is in the second.
+static void blur(const struct lf_encode_scene *scene, const struct lf_mirror *m, const struct lf_floats *seen)
 {
     for (size_t pass = 0; pass < LF_MIRROR_PASSES; pass++) {
         struct blurring b = {.blurs = m->blurs.items + pass * m->hits.count,
