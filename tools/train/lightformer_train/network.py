@@ -8,8 +8,8 @@ in all, P rows):
 
 Products run in the type of `precision`, as 1 x 1 or 3 x 3 convolutions in channels-last order (on CPUs several times
 faster than matrix products by torch.nn.Linear); what is of a narrower domain is multiplied once there and then
-repeated. What only passes features on (activations of products, pool, up, pack, add, sum, ...) keeps the type that it gets, all
-else is fp32; so is what is made of inputs alone.
+repeated. What only passes features on (activations of products, pool, up, pack, add, sum, ...) keeps the type that it
+gets, all else is fp32; so is what is made of inputs alone.
 """
 
 import math

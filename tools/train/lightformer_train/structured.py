@@ -133,7 +133,15 @@ def _head(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, inp
     if "half-vector" not in without:
         half = b.apply("normalize", b.apply("add", "view.direction", "pixel.view"))
         inputs += [b.apply("dot", "pixel.normal", half), b.apply("dot", "view.direction", pixel.mirror)]
+    if "mirror" not in without:
+        inputs += ["pixel.mirror", _nearer(b)]
     return b.mlp("head", inputs, [widths.head, widths.head])
+
+
+def _nearer(b: Builder) -> str:
+    """Above 0 where the mirror ray ends before it could reach the light: no highlight of it, then."""
+    nearness = b.apply("div", b.affine("view.distance", 0.0, 1.0), b.affine("view.distance", 1.0, 1.0))
+    return b.affine(b.apply("sub", "pixel.mirror", nearness), 4.0)
 
 
 def _unet(b: Builder, name: str, x: str, widths: tuple[int, ...]) -> str:
