@@ -79,7 +79,7 @@ class Page(unittest.TestCase):
         self.browser.run(SET, "map", "Absolute error over the mean")
         self.assert_color(self.at(0.5), (252, 253, 191))  # uniform: the top of the scale everywhere
         error = np.abs(A - B).mean() / B.mean()
-        self.assertAlmostEqual(self.browser.run("return data.maps[1].values[0]"), error, places=2)
+        self.assertAlmostEqual(self.browser.run("return shown.a.maps[1].values[0]"), error, places=2)
 
     def test_table(self):
         rse = self.browser.run("return document.querySelector('#figure-rse td').textContent")

@@ -4,10 +4,10 @@ import argparse
 import json
 import re
 import sys
+from pathlib import Path
 
-from . import BadInput, lpips, metrics, perceptual
+from . import BadInput, lpips, metrics, page, perceptual
 from .comparison import prepare
-from .page import write_page
 from .pictures import load
 from .temporal import read_motion, temporal_error
 
@@ -93,7 +93,9 @@ def compare_pictures(options):
     c = load_comparison(options)
     figures, maps = measure(c)
     if options.html:
-        write_page(options.html, describe(options), FIGURES, figures, c, maps)
+        picture = page.Shown(options.a, c, FIGURES, figures, maps)
+        page.write_page(Path(options.html) / "index.html", f"{options.a} against {options.b}",
+                        [page.frame(options.b, options.b, [picture])], options.layer, c.b.display)
     return describe(options) | figures | {"pixels": int(c.mask.sum())}
 
 

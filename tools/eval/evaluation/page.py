@@ -5,11 +5,13 @@ import html
 import json
 import os
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from . import BadInput, metrics
+from .comparison import Comparison
 
 # What the page says about each figure: its range or the value of equal pictures, and what it looks at.
 MEANINGS = {
@@ -25,63 +27,85 @@ MEANINGS = {
 }
 
 
-def write_page(folder, description, figures, values, c, maps):
-    """Writes folder/index.html. `figures` are (key, name, digits), `values` by key, `maps` by key or None."""
+@dataclass(frozen=True)
+class Shown:
+    """A picture beside its reference. `figures` are (key, name, digits), `values` by key, `maps` by key or None."""
+
+    name: str
+    comparison: Comparison
+    figures: tuple
+    values: dict
+    maps: dict
+
+
+def frame(name, reference, pictures, mantissa=10):
+    """What the page shows of pictures (Shown) that have one reference of this name; `mantissa`: bits that are kept."""
+    c = pictures[0].comparison
+    width, height = c.b.size
+    return {
+        "name": name,
+        "width": width,
+        "height": height,
+        "exposure": float(c.exposure),
+        "reference": {"name": reference, "data": _pack(c.reference, mantissa)},
+        "pictures": [{"name": p.name, "data": _pack(p.comparison.a.pixels, mantissa), "maps": _maps(p, mantissa),
+                      "figures": [_figure(p, *figure) for figure in p.figures if figure[0] in p.values]}
+                     for p in pictures],
+    }
+
+
+def write_page(path, title, frames, layer=None, display=False, sections=""):
+    """Writes the page with these frames. `sections`: HTML below them."""
     template = (Path(__file__).parent / "page.html").read_text(encoding="utf-8")
-    rows = [(key, name, digits) for key, name, digits in figures if key in values]
-    text = template.replace("{{title}}", html.escape(f"{description['a']} against {description['b']}"))
-    text = text.replace("{{rows}}", "\n".join(_row(*row, values) for row in rows))
-    text = text.replace("{{data}}", json.dumps(_data(description, c, maps)).replace("<", "\\u003c"))
+    data = {"frames": frames, "layer": layer, "display": display}
+    text = template.replace("{{title}}", html.escape(title)).replace("{{sections}}", sections)
+    text = text.replace("{{data}}", json.dumps(data).replace("<", "\\u003c"))
     try:
-        os.makedirs(folder, exist_ok=True)
-        path = Path(folder) / "index.html"
+        path.parent.mkdir(parents=True, exist_ok=True)
         unfinished = path.with_suffix(".tmp")
         unfinished.write_text(text, encoding="utf-8")
         os.replace(unfinished, path)
     except OSError as error:
-        raise BadInput(f"{folder}: {os.strerror(error.errno)}") from error
+        raise BadInput(f"{path}: {os.strerror(error.errno)}") from error
 
 
-def _row(key, name, digits, values):
+def _figure(picture, key, name, digits):
     best, meaning = MEANINGS[key]
-    value = values[key]
+    value = picture.values[key]
     if value is None:
         shown = "∞" if key == "psnr" else "–"
     else:
         shown = digits.format(value)
-    return (f'<tr id="figure-{key}" title="{html.escape(meaning)}"><th scope="row">{name}</th>'
-            f"<td>{shown}</td><td>{best}</td></tr>")
+    return {"key": key, "name": name, "value": shown, "equal": best, "meaning": meaning}
 
 
-def _data(description, c, maps):
-    width, height = c.b.size
+def _maps(picture, mantissa):
+    c = picture.comparison
     named = [
         ("Relative squared error", metrics.rse_map(c).mean(axis=-1), None),
         ("Absolute error over the mean", metrics.l1_map(c).mean(axis=-1), None),
-        ("FLIP", maps["flip"], 1.0),
-        ("HDR-FLIP", maps["hdr_flip"], 1.0),
+        ("FLIP", picture.maps.get("flip"), 1.0),
+        ("HDR-FLIP", picture.maps.get("hdr_flip"), 1.0),
     ]
-    return {
-        "width": width,
-        "height": height,
-        "exposure": float(c.exposure),
-        "display": c.b.display,
-        "a": {"name": description["a"], "data": _pack(c.a.pixels)},
-        "b": {"name": description["b"], "data": _pack(c.reference)},
-        "layer": description["layer"],
-        "maps": [_map(name, values, top, c.mask) for name, values, top in named if values is not None],
-    }
+    return [_map(name, values, top, c.mask, mantissa) for name, values, top in named if values is not None]
 
 
-def _map(name, values, top, mask):
+def _map(name, values, top, mask, mantissa):
     """Pixels that do not count are not numbers. The top of the scale leaves out the worst percent."""
     if top is None:
         top = float(np.percentile(values[mask], 99)) or 1.0
-    return {"name": name, "top": top, "data": _pack(np.where(mask, values, np.nan))}
+    return {"name": name, "top": top, "data": _pack(np.where(mask, values, np.nan), mantissa)}
 
 
-def _pack(values):
-    """Little-endian half floats, deflated, in base64. A picture that a mask excuses may hold any value."""
+def _pack(values, mantissa):
+    """Little-endian half floats, deflated, in base64. A picture that a mask excuses may hold any value.
+
+    Fewer bits of the mantissa, of ten, make smaller files; what is cut is rounded."""
     limit = float(np.finfo(np.float16).max)
     halves = np.clip(values, -limit, limit).astype("<f2")
-    return base64.b64encode(zlib.compress(halves.tobytes(), 6)).decode()
+    cut = 10 - mantissa
+    if cut:
+        bits = halves.view("<u2").astype(np.uint32)
+        rounded = np.minimum(bits & 0x7FFF, 0x7BFF - (1 << cut)) + (1 << cut >> 1) >> cut << cut
+        halves = np.where(np.isnan(halves), bits, bits & 0x8000 | rounded).astype("<u2")
+    return base64.b64encode(zlib.compress(halves.tobytes(), 9)).decode()

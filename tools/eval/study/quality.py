@@ -17,7 +17,7 @@ from .methods import Method
 from .renderer import PROGRAM, ROOT, Renderer, Shot, digest, variation
 
 PARTS = {
-    "time": "what a frame costs, in turns; the other parts need it for equal time",
+    "time": "what a frame costs; the other parts need it for equal time",
     "frames": "figures of every method on the test frames",
     "oidn": "the time that path tracing and denoising need for the error of the first network",
     "temporal": "what changes from frame to frame",
@@ -50,7 +50,6 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     add("--moving-frames", type=_positive, default=30, metavar="N", help="of the sequence (default 30)")
     add("--moving-size", type=_positive, default=256, metavar="N", help="pixels a side (default 256)")
     add("--moving-spp", type=_positive, default=256, metavar="N", help="of its references (default 256)")
-    add("--rounds", type=_positive, default=5, metavar="N", help="of measuring times (default 5)")
     add("--only-networks", action="store_true", help="judge nothing else on the test frames")
     add("--parts", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help="not all parts; those done stay")
     add("--program", type=Path, default=PROGRAM, metavar="FILE", help="lightformer")
@@ -123,7 +122,7 @@ class Study:
 
     def _time(self) -> dict:
         o = self.options
-        return timing.measure(self.renderer, o.scene, o.size, [*self.networks, methods.raster()], o.rounds)
+        return timing.measure(self.renderer, o.scene, o.size, [*self.networks, methods.raster()])
 
     def _frames(self) -> dict:
         o = self.options

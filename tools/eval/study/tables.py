@@ -55,14 +55,19 @@ def number(summary: dict | None, digits: str) -> str:
 # ---- parts of the result of tools/eval/quality
 
 def _time(result: dict) -> list[Table]:
-    times = result["time"]
-    rows = [["a sample a pixel of path tracing", f"{times['sample']:.1f}"],
-            ["its tree of the scene, brought up to date", f"{times['refit']:.1f}"]]
+    times, settings = result["time"], result["settings"]
+    rows = [["a sample a pixel of path tracing", f"{times['sample']:.1f}"]]
     rows += [[f"a frame, {key.partition(':')[2]}", f"{ms:.1f}"] for key, ms in times.items() if key.startswith("frame:")]
     rows += [[f"Open Image Denoise, {key.partition(':')[2]}", f"{ms:.1f}"]
              for key, ms in times.items() if key.startswith("oidn:")]
-    return [Table(f"Time at {times['size']} x {times['size']}", f"Medians of {times['rounds']} rounds, in turns, on "
+    return [Table(f"Time at {times['size']} x {times['size']}", "Frames in which everything is redone, and samples in turns "
+                  f"with them. The {settings['frames']} test frames' references take {_hours(times, settings):.1f} hours. "
                   f"{result['machine']['cpu']}, {result['machine']['threads']} threads.", ["what", "ms"], rows)]
+
+
+def _hours(times: dict, settings: dict) -> float:
+    """Of tracing both references of all test frames."""
+    return 2 * settings["frames"] * timing.of_paths(times, settings["spp"]) / 3.6e6
 
 
 def _milliseconds(result: dict, name: str, method: dict) -> str:
@@ -80,19 +85,21 @@ def _frames(result: dict) -> list[Table]:
     noise = number(part["reference_noise"], "{:.5f}")
     whole = [[name, _milliseconds(result, name, method),
               *(number(method["figures"][key], digits) for key, _, digits in WHOLE)] for name, method in methods.items()]
-    components = [[name, *(number(_component(method["figures"], layer, key), "{:.4f}")
-                           for key in ("rse", "mean_ratio") for layer in COMPONENTS)]
-                  for name, method in methods.items() if method["figures"]["layers"]]
     settings = result["settings"]
     return [
         Table(f"Quality on {count} test frames of {part['scene']}, {settings['size']} x {settings['size']}",
               f"Means over frames, with 95 % confidence intervals. RSE by two references of {part['spp']} spp each, one of "
               f"which alone has an RSE of {noise}.",
               ["method", "ms", *(name for _, name, _ in WHOLE)], whole),
-        Table("Components", "T_l: direct light without shadows, T_d: with them, T_i: all other light.",
-              ["method", *(f"RSE {name}" for name in COMPONENTS.values()),
-               *(f"mean ratio {name}" for name in COMPONENTS.values())], components),
+        *(_components(methods, key, title) for key, title in (("rse", "RSE"), ("mean_ratio", "Mean ratio"))),
     ]
+
+
+def _components(methods: dict, key: str, title: str) -> Table:
+    rows = [[name, *(number(_component(method["figures"], layer, key), "{:.4f}") for layer in COMPONENTS)]
+            for name, method in methods.items() if method["figures"]["layers"]]
+    return Table(f"{title} of components", "T_l: direct light without shadows, T_d: with them, T_i: all other light.",
+                 ["method", *COMPONENTS.values()], rows)
 
 
 def _component(figures: dict, layer: str, key: str) -> dict | None:
@@ -149,3 +156,82 @@ PARTS: dict[str, Callable[[dict], list[Table]]] = {
 def of_study(result: dict) -> list[Table]:
     """All tables of a result."""
     return [table for name, part in PARTS.items() if name in result for table in part(result)]
+
+
+# ---- beside that of a study
+
+def summary(result: dict) -> list[Table]:
+    """The first network at a glance, with what it should reach."""
+    if not result["settings"]["networks"] or "frames" not in result:
+        return []
+    ours = next(iter(result["settings"]["networks"]))
+    rows = _at_a_glance(ours, result["frames"]["methods"])
+    for key, figure in (("rse", "RSE"), ("hdr_flip", "HDR-FLIP")):
+        rows += [_goal(f"{figure} over that of {name}", figures[key], 1, "{:.3f}") for name, figures in _rivals(result, ours)]
+    if "temporal" in result:
+        rows.append(_goal("change from frame to frame over that of the reference", result["temporal"]["methods"][ours]["ratio"],
+                          1.1, "{:.3f}"))
+    for scene, part in result.get("unseen", {}).items():
+        times = float(_times(part["methods"][ours]["frames"], result["frames"]["methods"][ours]["frames"]))
+        rows.append(_goal(f"RSE on {scene} over that on {result['settings']['scene']}", times, 2, "{:.2f}"))
+    return [Table(f"At a glance: {ours}", "Beside path tracing with as many samples as take the same time, and one sample denoised.",
+                  ["", "measured", "at most", ""], rows)]
+
+
+def _goal(what: str, value: float, most: float, digits: str) -> list[str]:
+    return [what, digits.format(value), f"{most:g}", "reached" if value <= most else "missed"]
+
+
+def _at_a_glance(ours: str, methods: dict) -> list[list[str]]:
+    figures = methods[ours]["figures"]
+    return [_goal("RSE", figures["rse"]["mean"], 0.05, "{:.4f}"), _goal("HDR-FLIP", figures["hdr_flip"]["mean"], 0.12, "{:.4f}")]
+
+
+def _rivals(result: dict, ours: str) -> list[tuple[str, dict[str, float]]]:
+    """Our errors over those of what a user would pick instead: most paths in our time, one path denoised."""
+    methods = result["frames"]["methods"]
+    names = [name for name, method in methods.items() if method["denoiser"]]
+    times = result.get("time")
+    if times and f"frame:{ours}" in times:
+        fitting = timing.paths_that_fit(times, timing.of_frame(times, ours))
+        names = [name for name, method in methods.items() if method["spp"] == fitting and not method["denoiser"]] + names
+    own = methods[ours]["figures"]
+    return [(name, {key: own[key]["mean"] / methods[name]["figures"][key]["mean"] for key in ("rse", "hdr_flip")})
+            for name in names]
+
+
+def of_ablations(result: dict) -> list[Table]:
+    """Each network beside the whole one of its family, which comes before its ablations."""
+    rows, whole = [], None
+    for name, method in result["frames"]["methods"].items():
+        rse, flip, ratio = (method["figures"][key] for key in ("rse", "hdr_flip", "mean_ratio"))
+        if "-without-" not in name:
+            whole = rse["mean"]
+        rows.append([name, number(rse, "{:.5f}"), f"{rse['mean'] / whole:.2f}" if whole else NOTHING, number(flip, "{:.4f}"),
+                     number(ratio, "{:.4f}")])
+    settings = result["settings"]
+    return [Table("Ablations", f"All trained for the same time; {settings['frames']} test frames of {settings['size']} x "
+                  f"{settings['size']}. Times: RSE over that of the whole network.",
+                  ["network", "RSE", "times", "HDR-FLIP", "mean ratio"], rows)]
+
+
+def of_bench(name: str, bench: dict) -> list[Table]:
+    """What `lightformer bench --json` printed: passes and ratios of frames; plain numbers of anything else."""
+    found = []
+    if "passes" in bench:
+        rows = [["frame", f"{bench['frame_ms']['median']:.2f}", NOTHING]]
+        rows += [[one["name"], f"{one['cpu_ms']:.2f}", f"{one['gpu_ms']:.2f}"] for one in bench["passes"]]
+        found.append(Table(f"Time of each pass: {name}", f"{bench['scene']}, {bench['width']} x {bench['height']}, "
+                           f"{bench['frames']} frames on {bench['device']}; {bench['memory_mib']:.0f} MiB.",
+                           ["pass", "CPU ms", "GPU ms"], rows))
+    if "neural" in bench:
+        rows = [[stage, f"{ms:.2f}", f"{100 * ms / bench['neural']['frame_ms']:.1f} %"]
+                for stage, ms in bench["neural"]["budget_ms"].items()]
+        found.append(Table(f"Budget of a frame: {name}", f"Everything redone, {bench['neural']['frame_ms']:.1f} ms; a sample a "
+                           f"pixel of path tracing in turns with it, {bench['neural']['sample_ms']:.1f} ms.",
+                           ["stage", "ms", "share"], rows))
+    plain = {key: value for key, value in bench.items() if isinstance(value, (int, float)) and "passes" not in bench}
+    rows = [[key, f"{value:.4g}"] for key, value in (plain | bench.get("ratios", {})).items()]
+    if rows:
+        found.append(Table(f"Ratios: {name}", "Each measured within one run.", ["", ""], rows))
+    return found

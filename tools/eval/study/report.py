@@ -1,0 +1,130 @@
+"""tools/eval/report: what studies found, as one HTML file: pictures to compare, all tables, commands, the machine."""
+
+import argparse
+import html
+import json
+import os
+import sys
+from pathlib import Path
+
+from evaluation import BadInput, page, perceptual
+from evaluation.comparison import Comparison, prepare
+from evaluation.pictures import load
+
+from . import tables
+from .figures import WHOLE, Truth
+from .quality import RESULT
+from .renderer import ROOT
+from .tables import Table
+
+MANTISSA = 7  # bits of what is shown: half a percent, and half the size of the file
+TITLE = "LightFormer: quality"
+
+
+def parse() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="tools/eval/report", description="Makes one HTML file of what tools/eval/quality "
+                                     "found, with its pictures inside.")
+    add = parser.add_argument
+    add("study", type=Path, nargs="?", default=ROOT / "out/quality", metavar="DIR",
+        help="of tools/eval/quality (default out/quality)")
+    add("--ablations", type=Path, metavar="DIR", help="of tools/eval/ablations (default: ablations beside DIR, if there)")
+    add("--bench", type=Path, nargs="*", default=[], metavar="FILE", help="what `lightformer bench --json` printed")
+    add("--show", type=int, default=2, metavar="N", help="test frames with pictures (default 2); one of each other scene")
+    add("-o", "--output", type=Path, metavar="FILE", help="default DIR/report.html")
+    return parser.parse_args()
+
+
+def read(path: Path) -> dict:
+    """A JSON file."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BadInput(f"{path}: {os.strerror(error.errno)}") from error
+    except ValueError as error:
+        raise BadInput(f"{path}: {error}") from error
+
+
+# ---- pictures
+
+def frames(result: dict, count: int) -> list[dict]:
+    """What the viewer shows: test frames, one of each unseen scene, the last one of the sequence."""
+    shown = _of_scene(result["frames"], count) if "frames" in result else []
+    for part in result.get("unseen", {}).values():
+        shown += _of_scene(part, 1)
+    if "temporal" in result:
+        shown.append(_of_sequence(result["temporal"]))
+    return shown
+
+
+def _of_scene(part: dict, count: int) -> list[dict]:
+    return [_frame(f"{part['scene']} {about['seed']}", f"reference, 2 x {part['spp']} spp", Truth(*map(Path, about["references"])),
+                   {name: method["frames"][i] for name, method in part["methods"].items()})
+            for i, about in enumerate(part["frames"][:count])]
+
+
+def _frame(name: str, reference: str, truth: Truth, methods: dict[str, dict]) -> dict:
+    pictures = [_picture(method, truth.compare(Path(found["picture"])), found) for method, found in methods.items()]
+    return page.frame(name, reference, pictures, MANTISSA)
+
+
+def _picture(name: str, comparison: Comparison, values: dict) -> page.Shown:
+    return page.Shown(name, comparison, WHOLE, values, {"hdr_flip": perceptual.hdr_flip_map(comparison)})
+
+
+def _of_sequence(part: dict) -> dict:
+    pictures = [_picture(name, prepare(load(method["picture"]), load(method["reference"])), {})
+                for name, method in part["methods"].items() if name != "reference"]
+    return page.frame(f"{part['scene']}, moving", f"reference, {part['spp']} spp", pictures, MANTISSA)
+
+
+# ---- text
+
+def sections(study: dict, ablations: dict | None, benches: list[tuple[str, dict]]) -> str:
+    """All that is below the pictures."""
+    found = [*tables.summary(study), *tables.of_study(study)]
+    if ablations:
+        found += tables.of_ablations(ablations)
+    for name, bench in benches:
+        found += tables.of_bench(name, bench)
+    commands = [study["command"], *([ablations["command"]] if ablations else []), "tools/eval/report"]
+    return "\n".join(["<article>", *map(tables.markup, found), tables.markup(_machine(study)), _commands(commands), "</article>"])
+
+
+def _machine(study: dict) -> Table:
+    machine, settings = study["machine"], study["settings"]
+    rows = [["processor", f"{machine['cpu']}, {machine['threads']} threads"],
+            ["memory", f"{machine['memory_gib']} GiB"], ["system", machine["system"]],
+            ["scene", f"{settings['scene']}, {settings['scene_hash']}"],
+            *([f"network {name}", key] for name, key in settings["networks"].items())]
+    return Table("Machine and files", "Files by the first 64 bits of their SHA-256.", ["", ""], rows)
+
+
+def _commands(commands: list[str]) -> str:
+    lines = "\n".join(html.escape(command) for command in commands)
+    return f"<section><h2>Commands</h2>\n<pre>{lines}</pre></section>"
+
+
+def main() -> int:
+    """The command."""
+    options = parse()
+    beside = options.study.parent / "ablations"
+    try:
+        study = read(options.study / RESULT)
+        chosen = options.ablations or (beside if (beside / RESULT).exists() else None)
+        ablations = read(chosen / RESULT) if chosen else None
+        benches = [(path.stem, read(path)) for path in options.bench]
+        shown = frames(study, options.show)
+        if not shown:
+            raise BadInput(f"{options.study}: no pictures yet: run tools/eval/quality with the part frames")
+        output = options.output or options.study / "report.html"
+        page.write_page(output, TITLE, shown, sections=sections(study, ablations, benches))
+        print(output)
+    except BadInput as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
