@@ -320,8 +320,7 @@ static ng_result see_screen(const struct ng_pass_context *ctx)
         .gbuffer = {.position = pixels_of(ctx, d->gbuffer->position),
                     .normal = pixels_of(ctx, d->gbuffer->normal),
                     .diffuse = pixels_of(ctx, d->gbuffer->diffuse),
-                    .specular = pixels_of(ctx, d->gbuffer->specular),
-                    .emission = pixels_of(ctx, d->gbuffer->emission)},
+                    .specular = pixels_of(ctx, d->gbuffer->specular)},
         .width = d->frame->width,
         .height = d->frame->height,
         .mirror_rays = self->params.mirror_rays,
@@ -513,7 +512,7 @@ static void declare_screen(struct declaration *d)
     struct ng_pass *pass = add_pass(d, "screen", see_screen);
     wait_for(pass, d->trace);
     const struct ng_gbuffer *g = d->data.gbuffer;
-    const struct ng_graph_ref images[] = {g->position, g->normal, g->diffuse, g->specular, g->emission};
+    const struct ng_graph_ref images[] = {g->position, g->normal, g->diffuse, g->specular};
     for (size_t i = 0; i < NG_COUNT(images); i++)
         ng_pass_read(pass, images[i], NG_USE_HOST_READ);
     d->screen = mark(d, pass, (struct ng_graph_ref){0}, "screen");
