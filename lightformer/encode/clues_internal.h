@@ -192,6 +192,11 @@ void lf_direct_at(const struct lf_encode_scene *scene, const struct lf_light_clu
 void lf_direct_view(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                     const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3]);
 
+// highlight.c: the part of `glossy` that is in shadow. `way` as lf_occluders_find leaves it.
+void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                        const struct lf_light_clues *light, float *const way[5], float *const glossy[3],
+                        float *blocked);
+
 // bounce.c: light of RSM texels on the grid, then everywhere.
 NG_NODISCARD ng_result lf_bounce_view(const struct lf_encode_scene *scene,
                                       const struct lf_pixel_clues *pixels, struct lf_light_clues *light,

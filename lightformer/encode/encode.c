@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const lf_encode_stage_names[LF_ENCODE_STAGES] = {"pixels", "mirror", "texels",   "occluders",
-                                                             "direct", "bounce", "reflected"};
+const char *const lf_encode_stage_names[LF_ENCODE_STAGES] = {"pixels", "mirror",     "texels", "occluders",
+                                                             "direct", "highlights", "bounce", "reflected"};
 
 // ---- objects ---------------------------------------------------------------------------------------------
 
@@ -273,18 +273,19 @@ ng_result lf_encode_light(const struct lf_encode_scene *scene, uint32_t light,
 
 struct view_planes {
     float *way[5]; // direction, distance, occluder
-    float *diffuse[3], *glossy[3], *bounce[3], *mirror[3], *mirror_bounce[3];
+    float *diffuse[3], *glossy[3], *bounce[3], *mirror[3], *mirror_bounce[3], *blocked[1];
 };
 
 static bool wants_way(const struct lf_encode_scene *s)
 {
     return lf_encode_wants(s, LF_INPUT_VIEW_DIRECTION) || lf_encode_wants(s, LF_INPUT_VIEW_DISTANCE) ||
-           lf_encode_wants(s, LF_INPUT_VIEW_OCCLUDER);
+           lf_encode_wants(s, LF_INPUT_VIEW_OCCLUDER) || lf_encode_wants(s, LF_INPUT_VIEW_MIRROR_BLOCKED);
 }
 
 static bool wants_direct(const struct lf_encode_scene *s)
 {
-    return lf_encode_wants(s, LF_INPUT_VIEW_DIFFUSE) || lf_encode_wants(s, LF_INPUT_VIEW_GLOSSY);
+    return lf_encode_wants(s, LF_INPUT_VIEW_DIFFUSE) || lf_encode_wants(s, LF_INPUT_VIEW_GLOSSY) ||
+           lf_encode_wants(s, LF_INPUT_VIEW_MIRROR_BLOCKED);
 }
 
 static bool wants_mirror(const struct lf_encode_scene *s)
@@ -295,24 +296,26 @@ static bool wants_mirror(const struct lf_encode_scene *s)
 static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, struct lf_light_clues *l,
                          struct view_planes *out)
 {
-    enum { PLANES = 20 };
+    enum { PLANES = 21 };
     struct lf_floats *memory = scene->view ? &scene->view->floats : &l->view;
     if (!ng_array_resize(&memory->list, PLANES * (count + LF_PLANE_GAP)))
         return ng_out_of_memory("the view of a light");
     l->pixel_count = count;
-    float *next = memory->list.items,
-          **planes[] = {out->way, out->diffuse, out->glossy, out->bounce, out->mirror, out->mirror_bounce};
+    float *next = memory->list.items, **planes[] = {out->way,    out->diffuse,       out->glossy, out->bounce,
+                                                    out->mirror, out->mirror_bounce, out->blocked};
+    static const int channels[] = {5, 3, 3, 3, 3, 3, 1};
     for (size_t i = 0; i < NG_COUNT(planes); i++, next += LF_PLANE_GAP)
-        for (int c = 0; c < (i ? 3 : 5); c++, next += count)
+        for (int c = 0; c < channels[i]; c++, next += count)
             planes[i][c] = next;
     const struct {
         enum lf_net_input input;
         const float *plane;
     } inputs[] = {
-        {LF_INPUT_VIEW_DIRECTION, out->way[0]}, {LF_INPUT_VIEW_DISTANCE, out->way[3]},
-        {LF_INPUT_VIEW_OCCLUDER, out->way[4]},  {LF_INPUT_VIEW_DIFFUSE, out->diffuse[0]},
-        {LF_INPUT_VIEW_GLOSSY, out->glossy[0]}, {LF_INPUT_VIEW_BOUNCE, out->bounce[0]},
-        {LF_INPUT_VIEW_MIRROR, out->mirror[0]}, {LF_INPUT_VIEW_MIRROR_BOUNCE, out->mirror_bounce[0]},
+        {LF_INPUT_VIEW_DIRECTION, out->way[0]},          {LF_INPUT_VIEW_DISTANCE, out->way[3]},
+        {LF_INPUT_VIEW_OCCLUDER, out->way[4]},           {LF_INPUT_VIEW_DIFFUSE, out->diffuse[0]},
+        {LF_INPUT_VIEW_GLOSSY, out->glossy[0]},          {LF_INPUT_VIEW_BOUNCE, out->bounce[0]},
+        {LF_INPUT_VIEW_MIRROR, out->mirror[0]},          {LF_INPUT_VIEW_MIRROR_BOUNCE, out->mirror_bounce[0]},
+        {LF_INPUT_VIEW_MIRROR_BLOCKED, out->blocked[0]},
     };
     for (size_t i = 0; i < NG_COUNT(inputs); i++)
         l->values.of[inputs[i].input] = lf_encode_wants(scene, inputs[i].input) ? inputs[i].plane : NULL;
@@ -331,6 +334,9 @@ ng_result lf_encode_view(const struct lf_encode_scene *scene, const struct lf_pi
     if (wants_direct(scene))
         lf_direct_view(scene, pixels, light, planes.diffuse, planes.glossy);
     light->ms[LF_ENCODE_DIRECT] = lf_encode_lap(&begin);
+    if (lf_encode_wants(scene, LF_INPUT_VIEW_MIRROR_BLOCKED))
+        lf_highlights_find(scene, pixels, light, planes.way, planes.glossy, planes.blocked[0]);
+    light->ms[LF_ENCODE_HIGHLIGHTS] = lf_encode_lap(&begin);
     if (lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE))
         NG_TRY(lf_bounce_view(scene, pixels, light, planes.bounce));
     light->ms[LF_ENCODE_BOUNCE] = lf_encode_lap(&begin);

@@ -109,13 +109,14 @@ void lf_light_clues_set_light(struct lf_light_clues *clues, uint32_t light);
 
 // Where the time of the last calls went, milliseconds, for budgets and benchmarks.
 enum lf_encode_stage {
-    LF_ENCODE_PIXELS,    // planes of the G-buffer
-    LF_ENCODE_MIRROR,    // mirror rays and the surfaces that they meet
-    LF_ENCODE_TEXELS,    // RSM and direct VPLs
-    LF_ENCODE_OCCLUDERS, // direction and distances
-    LF_ENCODE_DIRECT,    // unshadowed direct light
-    LF_ENCODE_BOUNCE,    // light of RSM texels
-    LF_ENCODE_REFLECTED, // light where mirror rays end, and its blur
+    LF_ENCODE_PIXELS,     // planes of the G-buffer
+    LF_ENCODE_MIRROR,     // mirror rays and the surfaces that they meet
+    LF_ENCODE_TEXELS,     // RSM and direct VPLs
+    LF_ENCODE_OCCLUDERS,  // direction and distances
+    LF_ENCODE_DIRECT,     // unshadowed direct light
+    LF_ENCODE_HIGHLIGHTS, // whether highlights are in shadow
+    LF_ENCODE_BOUNCE,     // light of RSM texels
+    LF_ENCODE_REFLECTED,  // light where mirror rays end, and its blur
     LF_ENCODE_STAGES
 };
 extern const char *const lf_encode_stage_names[LF_ENCODE_STAGES]; // "pixels", ...

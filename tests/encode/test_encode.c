@@ -313,6 +313,47 @@ static void what_mirrors_show_is_shadowed(void **state)
     scene_close(&s);
 }
 
+// A metal floor shows a lamp, half of it behind a board: what rays leave of the highlight is what the path
+// tracer leaves of it; without them it would shine through.
+static void highlights_are_shadowed(void **state)
+{
+    NG_UNUSED(state);
+    enum { SIZE = 48 };
+    struct scene s;
+    struct picture p = {0};
+    scene_open(&s, 2);
+    ng_entity metal = scene_material(&s, white, 1, 0.15f), board = scene_material(&s, grey, 0, 1);
+    scene_quad(&s, (const float[3]){-3, -1, 3}, (const float[3]){6, 0, 0}, (const float[3]){0, 0, -6}, metal);
+    scene_quad(&s, (const float[3]){-1, 0, -1.2f}, (const float[3]){1.05f, 0, 0}, (const float[3]){0, 0, -2},
+               board);
+    add_rectangle(&s, 3, (const float[3]){0, 0.2f, -2.5f});
+    scene_frame(&s, 0);
+    picture_encode(&p, &s, SIZE, SIZE);
+    struct lf_reference *r = scene_render(
+        &s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 2, .jobs = s.jobs}, 300);
+    float *truth = scene_layer(r, "direct"),
+          unit = *lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE];
+    double with = 0, without = 0, size = 0;
+    for (size_t i = 0; i < SIZE * SIZE; i++) {
+        const float *at = p.position + 4 * i;
+        if (!(at[3] > 0) || at[1] > -0.99f)
+            continue;
+        double glossy = (double)(picture_view(&p, 0, LF_INPUT_VIEW_GLOSSY, 0)[i] * unit),
+               b = (double)truth[3 * i];
+        double ours = glossy * (1 - (double)picture_view(&p, 0, LF_INPUT_VIEW_MIRROR_BLOCKED, 0)[i]);
+        with += (ours - b) * (ours - b);
+        without += (glossy - b) * (glossy - b);
+        size += b * b;
+    }
+    print_message("highlights: %.2g of the error without rays, %.2g of the light\n", with / without,
+                  with / size);
+    assert_true(size > 0 && with < 0.12 * without && with < 0.2 * size);
+    free(truth);
+    lf_reference_destroy(&r);
+    picture_close(&p);
+    scene_close(&s);
+}
+
 // ---- what must not matter --------------------------------------------------------------------------------
 
 static uint64_t room_hash(uint32_t threads)
@@ -520,17 +561,12 @@ static void bad_numbers_end_at_the_door(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(occluders_are_where_they_are),
-        cmocka_unit_test(parallel_light_begins_at_the_sphere),
-        cmocka_unit_test(a_hollow_ball_is_lit_evenly),
-        cmocka_unit_test(spreading_is_close_to_summing),
-        cmocka_unit_test(mirrors_show_what_is_lit),
-        cmocka_unit_test(what_mirrors_show_is_shadowed),
-        cmocka_unit_test(threads_do_not_matter),
-        cmocka_unit_test(power_does_not_matter),
-        cmocka_unit_test(size_does_not_matter),
-        cmocka_unit_test(unread_inputs_are_left_out),
-        cmocka_unit_test(odd_pictures),
+        cmocka_unit_test(occluders_are_where_they_are), cmocka_unit_test(parallel_light_begins_at_the_sphere),
+        cmocka_unit_test(a_hollow_ball_is_lit_evenly),  cmocka_unit_test(spreading_is_close_to_summing),
+        cmocka_unit_test(mirrors_show_what_is_lit),     cmocka_unit_test(what_mirrors_show_is_shadowed),
+        cmocka_unit_test(highlights_are_shadowed),      cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(power_does_not_matter),        cmocka_unit_test(size_does_not_matter),
+        cmocka_unit_test(unread_inputs_are_left_out),   cmocka_unit_test(odd_pictures),
         cmocka_unit_test(bad_numbers_end_at_the_door),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,183 @@
+// Whether highlights are in shadow. The distance to an occluder (occluder.c) is seen from the middle of the
+// light; a highlight of a smooth surface shows one small part of the light, and where that part is hidden the
+// highlight is gone, however bright it would have been. So where glossy light counts, rays go to the parts of
+// the light that directions of the BRDF come nearest to: the same few directions at all pixels.
+#include "lightformer/encode/clues_internal.h"
+
+#include "lightformer/trace/vec.h"
+#include "shaders/shared/brdf.h"
+
+#include <string.h>
+
+#define ROWS         4 // of pixels, a job
+#define RAYS         4 // a pixel
+#define REACH        0.999f
+#define INSIDE       0.98f // of an emitter's extent
+#define LEAST_GLOSSY 0.01f // in units of the radiance that the light's power spread evenly would have
+#define LEAST_COSINE 1e-4f // of the viewer
+
+struct search {
+    const struct lf_encode_scene *scene;
+    const struct lf_pixel_clues *pixels;
+    const struct lf_light_clues *light;
+    float *const *way, *const *glossy;
+    float *blocked;
+};
+
+// A pixel as numbers; lengths as in the planes.
+struct place {
+    float position[3], normal[3], flat[3], view[3], roughness;
+};
+
+static void read_place(const struct lf_pixel_clues *p, size_t pixel, struct place *out)
+{
+    for (int c = 0; c < 3; c++) {
+        out->position[c] = p->position[c][pixel];
+        out->normal[c] = p->normal[c][pixel];
+        out->flat[c] = p->flat[c][pixel];
+        out->view[c] = p->view[c][pixel];
+    }
+    out->roughness = p->roughness[pixel];
+}
+
+// Direction `u` (lf_lobe_samples) of those that the BRDF chooses.
+static void choose_direction(const struct place *at, const float u[3], float out[3])
+{
+    const float *n = at->normal;
+    float sign = copysignf(1.0f, n[2]), a = -1.0f / (sign + n[2]), b = n[0] * n[1] * a;
+    const float tangent[3] = {1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
+    const float bitangent[3] = {b, sign + n[1] * n[1] * a, -n[1]};
+    struct ng_local_direction v = {lf_dot(tangent, at->view), lf_dot(bitangent, at->view),
+                                   fmaxf(lf_dot(n, at->view), LEAST_COSINE)};
+    struct ng_local_direction l = ng_brdf_reflect(v, ng_brdf_half(v, at->roughness, u[0], u[1], u[2]));
+    lf_scale(n, l.z, out);
+    lf_mad(out, tangent, l.x, out);
+    lf_mad(out, bitangent, l.y, out);
+    lf_normalize(out);
+}
+
+// The point of a flat emitter that a direction comes nearest to: where it meets the plane, drawn in to the
+// edge.
+static void nearest_of_plane(const struct lf_light_shape *s, const struct place *at, const float direction[3],
+                             float out[3])
+{
+    float way[3], met[3], cosine = -lf_dot(direction, s->normal);
+    lf_mad(s->center, at->position, -1, way);
+    float t = -lf_dot(way, s->normal) / fmaxf(cosine, 1e-3f);
+    lf_mad(at->position, direction, t > 0 ? t : 0, met);
+    lf_mad(met, s->center, -1, way);
+    float a = lf_dot(way, s->u), b = lf_dot(way, s->v);
+    float extent = s->emitter == LF_EMITTER_DISK ? sqrtf(a * a + b * b) : fmaxf(fabsf(a), fabsf(b));
+    float part = extent > INSIDE ? INSIDE / extent : 1; // toward the centre
+    lf_mad(way, s->normal, -lf_dot(way, s->normal), way);
+    lf_mad(s->center, way, part, out);
+}
+
+static void nearest_of_sphere(const struct lf_light_shape *s, const struct place *at,
+                              const float direction[3], float out[3])
+{
+    float way[3], side[3];
+    lf_mad(s->center, at->position, -1, way);
+    lf_mad(at->position, direction, fmaxf(lf_dot(way, direction), 0), side);
+    lf_mad(side, s->center, -1, side);
+    float distance = sqrtf(lf_dot(side, side)), part = INSIDE * s->radius / fmaxf(distance, 1e-12f);
+    lf_mad(s->center, side, part < 1 ? part : 1, out); // on the disk that is seen
+}
+
+// Among samples, the one whose direction is nearest.
+static void nearest_of_samples(const struct lf_light_shape *s, const struct place *at,
+                               const float direction[3], float out[3])
+{
+    float best = -2;
+    for (uint32_t i = 0; i < s->sample_count; i++) {
+        const struct lf_light_sample *l = &s->samples[i];
+        float way[3];
+        lf_mad(l->position, at->position, -1, way);
+        if (s->emitter == LF_EMITTER_DIRECTION)
+            lf_scale(l->normal, -1, way);
+        if (!lf_normalize(way) || (s->emitter == LF_EMITTER_SURFACE && lf_dot(way, l->normal) >= 0))
+            continue;
+        float cosine = lf_dot(way, direction);
+        if (cosine > best) {
+            best = cosine;
+            lf_mad(at->position, way, s->emitter == LF_EMITTER_DIRECTION ? 4 : 0, out);
+            if (s->emitter != LF_EMITTER_DIRECTION)
+                memcpy(out, l->position, sizeof l->position);
+        }
+    }
+}
+
+static void nearest(const struct lf_light_shape *s, const struct place *at, const float direction[3],
+                    float out[3])
+{
+    memcpy(out, s->center, sizeof s->center);
+    if (s->emitter == LF_EMITTER_SPHERE)
+        nearest_of_sphere(s, at, direction, out);
+    else if (s->emitter == LF_EMITTER_RECTANGLE || s->emitter == LF_EMITTER_DISK)
+        nearest_of_plane(s, at, direction, out);
+    else
+        nearest_of_samples(s, at, direction, out);
+}
+
+// What the BRDF makes of light from a unit direction; 0 from below the surface.
+static float weight_of(const struct place *at, const float direction[3])
+{
+    float half[3], nl = lf_dot(at->normal, direction), nv = fmaxf(lf_dot(at->normal, at->view), LEAST_COSINE);
+    lf_mad(direction, at->view, 1, half);
+    if (!(nl > 0) || !(lf_dot(at->flat, direction) > 0) || !lf_normalize(half))
+        return 0;
+    return ng_brdf_lobe(nl, nv, ng_clamp(lf_dot(at->normal, half), 0.0f, 1.0f), at->roughness) * nl;
+}
+
+static bool is_blocked(const struct search *s, const struct place *at, const float direction[3],
+                       float distance)
+{
+    struct lf_ray ray = {.near = 0, .far = distance * s->pixels->space.radius * REACH};
+    float position[3];
+    memcpy(ray.direction, direction, sizeof ray.direction);
+    lf_to_world(&s->pixels->space, at->position, position);
+    lf_trace_origin(s->scene->tracer, position, at->flat, direction, ray.origin);
+    return lf_trace_occluded(s->scene->tracer, &ray);
+}
+
+static float blocked_part(const struct search *s, size_t pixel)
+{
+    struct place at;
+    float blocked = 0, sum = 0;
+    read_place(s->pixels, pixel, &at);
+    for (int k = 0; k < RAYS; k++) {
+        float direction[3], target[3];
+        // Every fourth direction: from the lobe's middle outward.
+        choose_direction(&at, lf_lobe_samples[k * (LF_LOBE_SAMPLES / RAYS)], direction);
+        nearest(&s->light->shape, &at, direction, target);
+        lf_mad(target, at.position, -1, direction);
+        float distance = sqrtf(lf_dot(direction, direction));
+        float weight = lf_normalize(direction) ? weight_of(&at, direction) : 0;
+        sum += weight;
+        blocked += weight > 0 && is_blocked(s, &at, direction, distance) ? weight : 0;
+    }
+    return sum > 0 ? blocked / sum : 0;
+}
+
+static bool counts(const struct search *s, size_t pixel)
+{
+    const struct lf_pixel_clues *p = s->pixels;
+    float glossy = (s->glossy[0][pixel] + s->glossy[1][pixel] + s->glossy[2][pixel]) / 3;
+    return p->roughness[pixel] < LF_SMOOTH && glossy > LEAST_GLOSSY && !s->light->unit.type->delta;
+}
+
+static void find_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct search *s = user;
+    for (size_t i = (size_t)begin * s->pixels->width; i < (size_t)end * s->pixels->width; i++)
+        s->blocked[i] = counts(s, i) ? blocked_part(s, i) : s->way[4][i] < s->way[3][i];
+}
+
+void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                        const struct lf_light_clues *light, float *const way[5], float *const glossy[3],
+                        float *blocked)
+{
+    struct search search = {scene, pixels, light, way, glossy, blocked};
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &search);
+}
