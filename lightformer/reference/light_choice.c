@@ -6,21 +6,33 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EVEN_SHARE 0.1f // of the probability that all lights share evenly
-#define POINTS     64
-
-struct lf_light_entry {
-    float position[3];
-    float radius2;  // squared, of the emitter around position: nearer is no brighter
-    float strength; // irradiance at one metre; of lights at infinity anywhere; 0: the light is off
-    bool infinite;
-};
+#define POINTS 64
 
 static float distance2(const float a[3], const float b[3])
 {
     float d[3];
     lf_mad(a, b, -1, d);
     return lf_dot(d, d);
+}
+
+// The shape of a light that is one of the uniform ones.
+static void find_form(const struct ng_light_source *source, struct lf_light_entry *out)
+{
+    static const enum lf_light_form forms[] = {[NG_LIGHT_SHAPE_RECTANGLE] = LF_LIGHT_SQUARE,
+                                               [NG_LIGHT_SHAPE_DISK] = LF_LIGHT_DISK,
+                                               [NG_LIGHT_SHAPE_SPHERE] = LF_LIGHT_SPHERE,
+                                               [NG_LIGHT_SHAPE_MESH] = LF_LIGHT_OTHER};
+    struct ng_light_surface surface = {0};
+    if (!source->type->surface || source->image.width)
+        return;
+    source->type->surface(source, &surface);
+    ng_light_sample_at(source, (const float[2]){0.5f, 0.5f}, &out->sample);
+    if (!(out->sample.pdf > 0))
+        return;
+    out->form = forms[surface.shape];
+    memcpy(out->center, &surface.matrix[12], sizeof out->center);
+    memcpy(out->axes[0], &surface.matrix[0], sizeof out->axes[0]);
+    memcpy(out->axes[1], &surface.matrix[4], sizeof out->axes[1]);
 }
 
 // Where the light is and how far it reaches, from its own VPLs, whatever its type.
@@ -37,6 +49,7 @@ static void describe(const struct ng_snapshot_light *light, float scene_radius, 
         lf_mad(out->position, vpls[i].position, 1.0f / POINTS, out->position);
     for (int i = 0; i < POINTS; i++)
         out->radius2 += distance2(vpls[i].position, out->position) / POINTS;
+    find_form(&light->source, out);
     out->radius2 = fmaxf(out->radius2, fmaxf(1e-6f * scene_radius * scene_radius, 1e-12f));
 }
 
@@ -59,49 +72,4 @@ void lf_light_choice_finish(struct lf_light_choice *c)
 {
     free(c->entries);
     *c = (struct lf_light_choice){0};
-}
-
-static float weight(const struct lf_light_entry *e, const float position[3])
-{
-    float square = lf_max(distance2(e->position, position), e->radius2);
-    return e->strength / (e->infinite ? 1 : square);
-}
-
-float lf_light_choice_total(const struct lf_light_choice *c, const float position[3])
-{
-    float total = 0;
-    for (uint32_t i = 0; c->lit > 1 && i < c->count; i++)
-        total += weight(&c->entries[i], position);
-    return total;
-}
-
-float lf_light_choice_probability(const struct lf_light_choice *c, const float position[3], float total,
-                                  uint32_t light)
-{
-    if (!(c->entries[light].strength > 0))
-        return 0;
-    if (c->lit == 1)
-        return 1;
-    float even = 1.0f / (float)c->lit;
-    float own = total > 0 ? weight(&c->entries[light], position) / total : even;
-    return EVEN_SHARE * even + (1 - EVEN_SHARE) * own;
-}
-
-uint32_t lf_light_choice_pick(const struct lf_light_choice *c, const float position[3], float total, float *u,
-                              float *probability)
-{
-    uint32_t last = NG_NONE;
-    float below = 0; // probability of the lights before
-    for (uint32_t i = 0; i < c->count; i++) {
-        if (!(c->entries[i].strength > 0))
-            continue;
-        last = i;
-        *probability = lf_light_choice_probability(c, position, total, i);
-        if (*u < below + *probability) {
-            *u = lf_min((*u - below) / *probability, 0x1.fffffep-1f);
-            break;
-        }
-        below += *probability;
-    }
-    return last;
 }

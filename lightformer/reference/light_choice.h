@@ -5,7 +5,21 @@
 
 #include "render/snapshot.h"
 
-struct lf_light_entry;
+// Lights whose samples are points of a uniform unit shape under a matrix, and all others.
+enum lf_light_form { LF_LIGHT_OTHER, LF_LIGHT_SQUARE, LF_LIGHT_DISK, LF_LIGHT_SPHERE };
+
+struct lf_light_entry {
+    float position[3];
+    float radius2;  // squared, of the emitter around position: nearer is no brighter
+    float strength; // irradiance at one metre; of lights at infinity anywhere; 0: the light is off
+    bool infinite;
+    enum lf_light_form form;
+    // Of all forms but OTHER: a place (x, y) of the shape is at center + x * axes[0] + y * axes[1]; spheres
+    // have their radius in axes[0][0]. `sample` is one of the light's, which all share normal (spheres: not),
+    // radiance and density with.
+    float center[3], axes[2][3];
+    struct ng_light_sample sample;
+};
 
 struct lf_light_choice {
     const struct ng_snapshot *snapshot; // borrowed
@@ -17,13 +31,22 @@ struct lf_light_choice {
 NG_NODISCARD ng_result lf_light_choice_update(struct lf_light_choice *c, const struct ng_snapshot *snapshot);
 void lf_light_choice_finish(struct lf_light_choice *c);
 
-// The sum that the two functions below take, at a point.
-float lf_light_choice_total(const struct lf_light_choice *c, const float position[3]);
-// By u in [0, 1), which becomes a number to sample the light with; `probability` is that of the light.
-// NG_NONE if no light is on.
-uint32_t lf_light_choice_pick(const struct lf_light_choice *c, const float position[3], float total, float *u,
-                              float *probability);
-float lf_light_choice_probability(const struct lf_light_choice *c, const float position[3], float total,
-                                  uint32_t light);
+// A light's part in the choice at a point.
+static inline float lf_light_weight(const struct lf_light_entry *e, float x, float y, float z)
+{
+    float dx = e->position[0] - x, dy = e->position[1] - y, dz = e->position[2] - z;
+    float square = dx * dx + dy * dy + dz * dz;
+    square = square > e->radius2 ? square : e->radius2;
+    return e->strength / (e->infinite ? 1.0f : square);
+}
+
+#define LF_LIGHT_EVEN_SHARE 0.1f // of the probability that all lights share evenly
+
+// Probability of one of `lit` lights that are on, where the weights of all sum up to `total`.
+static inline float lf_light_probability(float weight, float total, uint32_t lit)
+{
+    float even = 1.0f / (float)lit;
+    return LF_LIGHT_EVEN_SHARE * even + (1 - LF_LIGHT_EVEN_SHARE) * (total > 0 ? weight / total : even);
+}
 
 #endif

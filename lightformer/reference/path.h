@@ -7,8 +7,7 @@
 #ifndef LF_REFERENCE_PATH_H
 #define LF_REFERENCE_PATH_H
 
-#include "lightformer/reference/light_choice.h"
-#include "lightformer/reference/sampler.h"
+#include "lightformer/reference/wave.h"
 #include "lightformer/trace/surface.h"
 
 // What was traced, and how long it took; sums over threads.
@@ -25,7 +24,8 @@ struct lf_path_scene {
     const struct lf_light_choice *lights;
     uint32_t depth; // segments of a path, the camera's included (Mitsuba's max_depth); 0: no limit
     bool timed;
-    struct lf_path_stats *stats; // added to; needed
+    const struct lf_wave_kernels *kernels; // wave.h; null: the fastest. All give the same bytes
+    struct lf_path_stats *stats;           // added to; needed
 };
 
 // The split; all W/(sr m2).
@@ -46,14 +46,15 @@ struct lf_primary {
 };
 
 void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, struct lf_primary *out);
-#define LF_PATHS 32 // traced at a time
+#define LF_PATHS LF_WAVE_LANES // traced at a time
 
 struct lf_path {
     const struct lf_primary *primary; // borrowed; may be that of other paths, too
     struct lf_sampler sampler;
     struct lf_radiance radiance; // the result
 };
-// At most LF_PATHS. What a path brings does not depend on its company.
+// At most LF_PATHS, whose samplers are of one kind and have drawn equally often. What a path brings does not
+// depend on its company.
 void lf_paths_trace(const struct lf_path_scene *scene, struct lf_path *paths, uint32_t count);
 
 #endif

@@ -191,6 +191,12 @@ void lf_surface_previous(const struct lf_tracer *tracer, const struct lf_hit *hi
     lf_transform_point(in->previous_matrix, own, out);
 }
 
+bool lf_surface_may_shine(const struct lf_tracer *tracer, const struct lf_hit *hit)
+{
+    const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);
+    return in->light != NG_NONE || lf_max3(in->plain.emission) > 0; // texels are factors of it
+}
+
 void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit)
 {
     const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);

@@ -18,6 +18,9 @@ struct lf_surface {
 };
 
 void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out);
+// False if the surface there is no light's emitter and shows no radiance of its own, so that whoever only
+// wants to know that need not ask for all of it.
+bool lf_surface_may_shine(const struct lf_tracer *tracer, const struct lf_hit *hit);
 // Where the point of a hit was in the frame before, world (snapshot.h: previous matrices and positions).
 void lf_surface_previous(const struct lf_tracer *tracer, const struct lf_hit *hit, float out[3]);
 // Asks memory for what lf_surface_at will read, for callers with something to do in between.

@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAX_BALLS 8
+#define MAX_BOXES 8
 
 // One instance. Stays where it is while Embree knows it.
 struct slot {
@@ -33,15 +33,16 @@ struct slot {
 };
 
 // Around an emitter.
-struct ball {
-    float center[3], radius2;
+struct box {
+    float low[3], high[3];
 };
 
 struct lf_tracer {
     RTCDevice device;
     RTCScene scene, emitters;
-    struct ball balls[MAX_BALLS];
-    uint32_t ball_count; // more than MAX_BALLS: not all are kept, and Embree decides
+    struct box boxes[MAX_BOXES];
+    uint32_t box_count; // more than MAX_BOXES: not all are kept, and Embree decides
+    bool others_shine;  // some surface has emission without being a light's
     struct slot *slots;
     uint32_t slot_count;
     const struct ng_snapshot *snapshot;
@@ -526,21 +527,23 @@ static void follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 }
 
 // So that most rays that look for emitters alone end before they begin.
-static void find_balls(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+static void find_boxes(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
-    t->ball_count = 0;
+    t->box_count = 0;
+    t->others_shine = false;
     for (uint32_t i = 0; i < snapshot->instance_count; i++) {
         const struct ng_snapshot_instance *in = &snapshot->instances[i];
-        float half[3];
-        if (in->light == NG_NONE || ++t->ball_count > MAX_BALLS)
+        if (in->light == NG_NONE)
+            t->others_shine |= lf_max3(t->slots[i].seen.plain.emission) > 0;
+        if (in->light == NG_NONE || ++t->box_count > MAX_BOXES)
             continue;
-        struct ball *ball = &t->balls[t->ball_count - 1];
+        struct box *box = &t->boxes[t->box_count - 1];
         for (int k = 0; k < 3; k++) {
-            ball->center[k] = 0.5f * (in->bounds_min[k] + in->bounds_max[k]);
             // With room for rounding, and for exact shapes around the triangles of the picture.
-            half[k] = 0.6f * (in->bounds_max[k] - in->bounds_min[k]) + 1e-4f * snapshot->scene_radius;
+            float room = 0.1f * (in->bounds_max[k] - in->bounds_min[k]) + 1e-4f * snapshot->scene_radius;
+            box->low[k] = in->bounds_min[k] - room;
+            box->high[k] = in->bounds_max[k] + room;
         }
-        ball->radius2 = lf_dot(half, half);
     }
 }
 
@@ -555,7 +558,7 @@ ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapsh
     else
         NG_TRY(build(t, snapshot));
     t->snapshot = snapshot;
-    find_balls(t, snapshot);
+    find_boxes(t, snapshot);
     if (!same || t->stats.updated) {
         rtcCommitScene(t->scene);
         rtcCommitScene(t->emitters);
@@ -661,21 +664,95 @@ void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_h
     }
 }
 
-// Whether the line of a ray comes near.
-static bool passes(const struct lf_ray *ray, const struct ball *b)
+// Up to LF_PACKET rays; lanes without a ray are not valid.
+static void aim_packet(const struct lf_ray *rays, uint32_t count, int valid[LF_PACKET], struct RTCRay16 *out)
 {
-    float way[3], across[3];
-    lf_mad(b->center, ray->origin, -1, way);
-    lf_cross(way, ray->direction, across);
-    return lf_dot(across, across) <= b->radius2;
+    for (uint32_t i = 0; i < LF_PACKET; i++) {
+        const struct lf_ray *ray = &rays[i < count ? i : 0];
+        valid[i] = i < count ? -1 : 0;
+        out->org_x[i] = ray->origin[0];
+        out->org_y[i] = ray->origin[1];
+        out->org_z[i] = ray->origin[2];
+        out->tnear[i] = ray->near;
+        out->dir_x[i] = ray->direction[0];
+        out->dir_y[i] = ray->direction[1];
+        out->dir_z[i] = ray->direction[2];
+        out->time[i] = 0;
+        out->tfar[i] = ray->far;
+        out->mask[i] = UINT32_MAX;
+        out->id[i] = 0;
+        out->flags[i] = 0;
+    }
+}
+
+void lf_trace_closest_many(const struct lf_tracer *t, const struct lf_ray *rays, uint32_t count, bool *met,
+                           struct lf_hit *hits)
+{
+    struct query q;
+    struct RTCRayHit16 r;
+    _Alignas(64) int valid[LF_PACKET];
+    begin_query(LF_RAY_ALL, NULL, NULL, &q);
+    for (uint32_t begin = 0; begin < count; begin += LF_PACKET) {
+        uint32_t lanes = count - begin < LF_PACKET ? count - begin : LF_PACKET;
+        aim_packet(rays + begin, lanes, valid, &r.ray);
+        for (uint32_t i = 0; i < LF_PACKET; i++)
+            r.hit.geomID[i] = r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect16(valid, t->scene, &q.context, &r);
+        for (unsigned int i = 0; i < lanes; i++) {
+            met[begin + i] = r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+            if (!met[begin + i])
+                continue;
+            struct RTCRay ray = ray_of(&r.ray, LF_PACKET, i);
+            struct RTCHit hit = hit_of(&r.hit, LF_PACKET, i);
+            describe(&t->slots[hit.geomID], &ray, &hit, &hits[begin + i]);
+        }
+    }
+}
+
+void lf_trace_occluded_many(const struct lf_tracer *t, const struct lf_ray *rays, uint32_t count, bool *met)
+{
+    struct query q;
+    struct RTCRay16 r;
+    _Alignas(64) int valid[LF_PACKET];
+    begin_query(LF_RAY_ALL, NULL, NULL, &q);
+    for (uint32_t begin = 0; begin < count; begin += LF_PACKET) {
+        uint32_t lanes = count - begin < LF_PACKET ? count - begin : LF_PACKET;
+        aim_packet(rays + begin, lanes, valid, &r);
+        rtcOccluded16(valid, t->scene, &q.context, &r);
+        for (uint32_t i = 0; i < lanes; i++)
+            met[begin + i] = r.tfar[i] < 0;
+    }
+}
+
+static bool passes(const struct lf_ray *ray, const struct box *b)
+{
+    float near = ray->near, far = ray->far;
+    for (int k = 0; k < 3; k++) {
+        float inverse = 1 / ray->direction[k];
+        float a = (b->low[k] - ray->origin[k]) * inverse, c = (b->high[k] - ray->origin[k]) * inverse;
+        // In the plane of a face one of them is not a number; then either answer is right.
+        near = lf_max(lf_min(a, c), near);
+        far = lf_min(lf_max(a, c), far);
+    }
+    return near <= far;
+}
+
+static bool passes_emitters(const struct lf_tracer *t, const struct lf_ray *ray)
+{
+    bool near = t->box_count > MAX_BOXES;
+    for (uint32_t i = 0; !near && i < t->box_count; i++)
+        near = passes(ray, &t->boxes[i]);
+    return near;
+}
+
+bool lf_trace_may_shine(const struct lf_tracer *t, const struct lf_ray *ray)
+{
+    return t->others_shine || passes_emitters(t, ray);
 }
 
 bool lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_trace_fn visit, void *user)
 {
-    bool near = t->ball_count > MAX_BALLS;
-    for (uint32_t i = 0; !near && i < t->ball_count; i++)
-        near = passes(ray, &t->balls[i]);
-    if (!near)
+    if (!passes_emitters(t, ray))
         return false;
     struct query q;
     struct RTCRayHit rayhit;
@@ -699,8 +776,6 @@ uint32_t lf_trace_bare(const struct lf_tracer *t, const struct lf_ray *rays, uin
 void lf_trace_origin(const struct lf_tracer *t, const float position[3], const float normal[3],
                      const float direction[3], float out[3])
 {
-    float size = t->snapshot->scene_radius;
-    for (int i = 0; i < 3; i++)
-        size = lf_max(fabsf(position[i]), size);
-    lf_mad(position, normal, copysignf(1e-5f * size, lf_dot(normal, direction)), out);
+    float off = lf_trace_offset(t->snapshot->scene_radius, position[0], position[1], position[2]);
+    lf_mad(position, normal, copysignf(off, lf_dot(normal, direction)), out);
 }

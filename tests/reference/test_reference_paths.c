@@ -2,12 +2,16 @@
 // however they are made.
 #include "scene.h"
 
+#include "base/rng.h"
 #include "components/camera.h"
+#include "components/light_disk.h"
 #include "components/light_environment.h"
 #include "components/light_point.h"
 #include "components/light_rectangle.h"
+#include "components/light_sphere.h"
 #include "components/material.h"
 #include "components/transform.h"
+#include "lightformer/trace/vec.h"
 #include "scene/world.h"
 #include "shaders/shared/brdf.h"
 
@@ -307,6 +311,75 @@ static void test_threads_do_not_change_a_byte(void **state)
     scene_close(&three);
 }
 
+// The paths from `primaries`, `together` of them at a time.
+static void trace_together(const struct scene *s, const struct lf_wave_kernels *kernels,
+                           const struct lf_primary *primaries, uint32_t together,
+                           struct lf_radiance out[LF_PATHS])
+{
+    struct lf_path_stats stats = {0};
+    struct lf_path_scene scene = {
+        .tracer = s->tracer, .lights = &s->lights, .kernels = kernels, .stats = &stats};
+    struct lf_path paths[LF_PATHS];
+    for (uint32_t i = 0; i < LF_PATHS; i++)
+        paths[i] = (struct lf_path){.primary = &primaries[i],
+                                    .sampler = lf_sampler_start(LF_SAMPLER_SOBOL, 7, i, 0, 3)};
+    for (uint32_t i = 0; i < LF_PATHS; i += together)
+        lf_paths_trace(&scene, paths + i, i + together < LF_PATHS ? together : LF_PATHS - i);
+    for (uint32_t i = 0; i < LF_PATHS; i++)
+        out[i] = paths[i].radiance;
+}
+
+static void look_at_room(const struct scene *s, uint64_t seed, struct lf_primary out[LF_PATHS])
+{
+    struct lf_path_stats stats = {0};
+    struct lf_path_scene scene = {.tracer = s->tracer, .lights = &s->lights, .stats = &stats};
+    struct ng_rng rng = ng_rng_make(seed, 1);
+    for (uint32_t i = 0; i < LF_PATHS; i++) {
+        struct lf_ray ray = {.origin = {0, 0, 5}, .direction = {0, 0, -1}, .far = INFINITY};
+        ray.direction[0] = ng_rng_range(&rng, -0.5f, 0.5f);
+        ray.direction[1] = ng_rng_range(&rng, -0.5f, 0.5f);
+        lf_normalize(ray.direction);
+        lf_path_begin(&scene, &ray, &out[i]);
+    }
+}
+
+static void test_company_and_instructions_do_not_change_a_byte(void **state)
+{
+    (void)state;
+    static const uint32_t together[] = {LF_PATHS, 1, 5, 37};
+    struct scene s;
+    make_room(&s, 1);
+    // Lights of the other kinds, and surfaces in the same place, of which a ray may meet either.
+    struct ng_light_sphere sphere = {.on = true, .color = {1, 1, 1}, .radiance = 3, .radius = 0.2f};
+    struct ng_light_disk disk = {.on = true, .color = {1, 1, 1}, .radiance = 2, .radius = 0.3f};
+    struct ng_light_point point = {.on = true, .color = {1, 1, 1}, .intensity = 1};
+    struct ng_light_environment sky = {.on = true, .color = {0.2f, 0.3f, 1}, .intensity = 0.3f};
+    scene_light(&s, NG_LIGHT_SPHERE, &sphere, (const float[3]){1, 1, 1}, NULL);
+    scene_light(&s, NG_LIGHT_DISK, &disk, (const float[3]){1, -1, 1.5f}, NULL);
+    scene_light(&s, NG_LIGHT_POINT, &point, (const float[3]){-0.5f, 0, 1}, NULL);
+    scene_light(&s, NG_LIGHT_ENVIRONMENT, &sky, (const float[3]){0, 0, 0}, NULL);
+    for (int i = 0; i < 6; i++) {
+        const float paint[3] = {0.1f + 0.15f * (float)i, 0.9f - 0.15f * (float)i, 0.5f};
+        scene_quad(&s, (const float[3]){-1.5f, -1.5f, 0.1f}, (const float[3]){3, 0, 0},
+                   (const float[3]){0, 3, 0}, scene_material(&s, paint, 0, 0.5f));
+        scene_quad(&s, (const float[3]){1.5f, -2, 0}, (const float[3]){0, 0, 2}, (const float[3]){0, 4, 0},
+                   scene_material(&s, paint, 0, 0.5f));
+    }
+    scene_frame(&s, 0);
+    for (uint64_t seed = 0; seed < 40; seed++) {
+        struct lf_primary primaries[LF_PATHS];
+        struct lf_radiance first[LF_PATHS], again[LF_PATHS];
+        look_at_room(&s, seed, primaries);
+        trace_together(&s, NULL, primaries, LF_PATHS, first);
+        for (uint32_t k = 0; lf_wave_kernels_of(k); k++)
+            for (size_t i = 0; i < NG_COUNT(together); i++) {
+                trace_together(&s, lf_wave_kernels_of(k), primaries, together[i], again);
+                assert_memory_equal(first, again, sizeof first);
+            }
+    }
+    scene_close(&s);
+}
+
 static void test_a_region_is_a_part_of_the_picture(void **state)
 {
     (void)state;
@@ -487,6 +560,7 @@ int main(void)
         cmocka_unit_test(test_sobol_points_fill_every_elementary_interval),
         cmocka_unit_test(test_single_numbers_are_spread_evenly_too),
         cmocka_unit_test(test_threads_do_not_change_a_byte),
+        cmocka_unit_test(test_company_and_instructions_do_not_change_a_byte),
         cmocka_unit_test(test_a_region_is_a_part_of_the_picture),
         cmocka_unit_test(test_resuming_does_not_change_a_byte),
         cmocka_unit_test(test_beauty_is_the_exact_sum_of_its_parts),

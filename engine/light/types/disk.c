@@ -2,6 +2,7 @@
 #include "components/components.h"
 #include "components/light_disk.h"
 #include "light/light_internal.h"
+#include "light/unit_shape.h"
 
 static bool radiance(const struct ng_light_source *s, float rgb[3])
 {
@@ -27,20 +28,6 @@ static bool power(const struct ng_light_source *s, float rgb[3])
     return true;
 }
 
-// Square to disk, keeping areas and neighbours (Shirley and Chiu 1997).
-static void concentric(const float u[2], float out[2])
-{
-    float a = 2 * u[0] - 1, b = 2 * u[1] - 1;
-    out[0] = out[1] = 0;
-    if (a == 0 && b == 0)
-        return;
-    bool wide = fabsf(a) > fabsf(b);
-    float radius = wide ? a : b;
-    float angle = wide ? NG_PI / 4 * (b / a) : NG_PI / 2 - NG_PI / 4 * (a / b);
-    out[0] = radius * cosf(angle);
-    out[1] = radius * sinf(angle);
-}
-
 static bool emit(const struct ng_light_source *s, const struct ng_light_plane *plane,
                  struct ng_light_sample *out)
 {
@@ -55,7 +42,7 @@ static bool sample(const struct ng_light_source *s, const float u[2], struct ng_
     float place[2];
     if (!plane_of(s, &plane))
         return false;
-    concentric(u, place);
+    ng_light_on_disk(u[0], u[1], &place[0], &place[1]);
     ng_light_mad(ng_light_origin(s), plane.x, place[0], out->position);
     ng_light_mad(out->position, plane.y, place[1], out->position);
     return emit(s, &plane, out);

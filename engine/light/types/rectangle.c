@@ -6,6 +6,7 @@
 #include "components/components.h"
 #include "components/light_rectangle.h"
 #include "light/light_internal.h"
+#include "light/unit_shape.h"
 
 static bool radiance(const struct ng_light_source *s, float rgb[3])
 {
@@ -22,8 +23,10 @@ static bool plane_of(const struct ng_light_source *s, struct ng_light_plane *out
 static void place(const struct ng_light_source *s, const struct ng_light_plane *plane, const float uv[2],
                   float position[3])
 {
-    ng_light_mad(ng_light_origin(s), plane->x, 0.5f - uv[0], position);
-    ng_light_mad(position, plane->y, 0.5f - uv[1], position);
+    float x, y;
+    ng_light_on_square(uv[0], uv[1], &x, &y);
+    ng_light_mad(ng_light_origin(s), plane->x, x, position);
+    ng_light_mad(position, plane->y, y, position);
 }
 
 struct moments {

@@ -2,6 +2,7 @@
 #include "components/components.h"
 #include "components/light_sphere.h"
 #include "light/light_internal.h"
+#include "light/unit_shape.h"
 
 static bool radiance(const struct ng_light_source *s, float rgb[3])
 {
@@ -33,10 +34,7 @@ static bool sample(const struct ng_light_source *s, const float u[2], struct ng_
     float r;
     if (!radius_of(s, &r))
         return false;
-    float z = 1 - 2 * u[1], ring = sqrtf(fmaxf(1 - z * z, 0)), angle = 2 * NG_PI * u[0];
-    out->normal[0] = ring * cosf(angle);
-    out->normal[1] = ring * sinf(angle);
-    out->normal[2] = z;
+    ng_light_on_sphere(u[0], u[1], &out->normal[0], &out->normal[1], &out->normal[2]);
     ng_light_mad(ng_light_origin(s), out->normal, r, out->position);
     out->pdf = 1 / (4 * NG_PI * r * r);
     return radiance(s, out->radiance) && power(s, out->power);

@@ -165,16 +165,20 @@ NG_SHADER_FN float ng_brdf_sample_pdf(float nv, float nh, float roughness)
     return ng_brdf_d(nh, alpha) * 0.5f / (nv + ng_brdf_smith(nv, alpha));
 }
 
-// A cosine-weighted direction, for the diffuse part; density n.l / pi.
+// A cosine-weighted direction, for the diffuse part; density n.l / pi. Cosine and sine are those of 2 pi u1.
+NG_SHADER_FN NG_STRUCT(ng_local_direction) ng_brdf_cosine(float cosine, float sine, float u2)
+{
+    float s = ng_sqrt(u2);
+    NG_STRUCT(ng_local_direction) l;
+    l.x = s * cosine;
+    l.y = s * sine;
+    l.z = ng_sqrt(ng_max(1.0f - u2, 0.0f));
+    return l;
+}
 NG_SHADER_FN NG_STRUCT(ng_local_direction) ng_brdf_sample_cosine(float u1, float u2)
 {
     float phi = 2.0f * NG_SHADER_PI * u1;
-    float s = ng_sqrt(u2);
-    NG_STRUCT(ng_local_direction) l;
-    l.x = s * ng_cos(phi);
-    l.y = s * ng_sin(phi);
-    l.z = ng_sqrt(ng_max(1.0f - u2, 0.0f));
-    return l;
+    return ng_brdf_cosine(ng_cos(phi), ng_sin(phi), u2);
 }
 
 #endif
