@@ -70,7 +70,7 @@ static void make_settings(const struct lf_dataset_params *p, struct lf_settings 
     };
     struct lf_setting *note = s->items;
     char word[32];
-    put_word(note++, "format", "2");
+    put_word(note++, "format", "3");
     put_word(note++, "program", p->program);
     put_word(note++, "scene", p->scene);
     snprintf(word, sizeof word, "%016" PRIx64, p->scene_hash);
