@@ -8,6 +8,7 @@ give new pictures beside the same references.
 import hashlib
 import json
 import os
+import shlex
 import subprocess
 import sys
 import time
@@ -100,6 +101,7 @@ class Renderer:
     def _run(self, *arguments: str) -> str:
         done = subprocess.run([self.program, *arguments], capture_output=True, text=True, check=False)
         if done.returncode != 0:
-            lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
-            raise BadInput(f"lightformer {arguments[0]}: {lines[-1]}")
+            ended = f"signal {-done.returncode}" if done.returncode < 0 else f"exit code {done.returncode}"
+            lines = done.stderr.strip().splitlines() or [ended]
+            raise BadInput(f"lightformer {shlex.join(arguments)}: {lines[-1]}")
         return done.stdout
