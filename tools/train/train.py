@@ -18,8 +18,8 @@ from pathlib import Path
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 try:
-    from lightformer_train import families, weights
-    from lightformer_train.data import Dataset
+    from lightformer_train import families, program, weights
+    from lightformer_train.data import Dataset, required_inputs
     from lightformer_train.training import Settings, Stopped, Trainer
 except ModuleNotFoundError as missing:
     sys.exit(f"train: {missing}; tools/setup --train installs it, for /usr/bin/python3")
@@ -68,13 +68,13 @@ def main() -> int:
     folders, output, resume = (arguments.pop(name) for name in ("data", "output", "resume"))
     settings = Settings(**arguments | {"without": frozenset(arguments["without"])})
     try:
-        families.build(settings.preset, settings.without)
+        checked = program.check(families.build(settings.preset, settings.without))
     except ValueError as error:
         print(f"train: {error}", file=sys.stderr)
         return 2
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
-        trainer = Trainer(settings, Dataset(folders), output, ROOT)
+        trainer = Trainer(settings, Dataset(folders, required_inputs(checked)), output, ROOT)
         if resume:
             trainer.resume()
         trainer.run()

@@ -18,13 +18,18 @@ from torch import Tensor
 
 from . import weights
 from .network import Lights
-from .program import INPUTS, PICTURES, ROWS
+from .program import INPUTS, PICTURES, ROWS, Checked
 
 TARGETS = ("target.unshadowed", "target.shadow", "target.indirect")
 # Inputs of three channels that turn with the world; the others of three channels are colours.
 VECTORS = {name for name in INPUTS if name.rpartition(".")[2] in ("position", "offset", "normal", "view", "direction")}
 NEITHER = {"light.kind"}
 MIRROR = {name for name in INPUTS if "mirror" in name}
+
+
+def required_inputs(checked: Checked) -> frozenset[str]:
+    """What a program reads, and what every training reads beside it."""
+    return frozenset(checked.inputs) | {"pixel.mask", "frame.radiance", "light.share", "vpl.normal", "texel.normal"}
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,7 @@ class Dataset:
     """The samples of some folders."""
 
     folders: list[Path]
+    names: frozenset[str] = frozenset(INPUTS)  # inputs that every sample must have
     shards: list[dict[str, np.ndarray]] = field(default_factory=list)
     crops: list[Crop] = field(default_factory=list)
     hash: str = ""
@@ -102,9 +108,11 @@ class Dataset:
             seed, _, rest = name.partition("/")
             if rest != TARGETS[0]:
                 continue
-            missing = [n for n in (*INPUTS, *TARGETS) if f"{seed}/{n}" not in tensors and n not in MIRROR]
+            missing = [name for name in (*sorted(self.names), *TARGETS) if f"{seed}/{name}" not in tensors]
             if missing:
-                raise weights.FileError(f"{path}: sample {seed} has no {missing[0]}; make the data set anew")
+                raise weights.FileError(
+                    f"{path}: sample {seed} has no {missing[0]}; make the data set anew, or train without what reads it"
+                )
             if tensors[f"{seed}/light.share"].shape[0] > 0:
                 self.crops += [Crop(len(self.shards), int(seed), index) for index in range(array.shape[0])]
         self.shards.append(tensors)

@@ -25,6 +25,7 @@ UNIT = 1 / 30
 PARTS = {
     "attention": "gates of each pixel on a light's indirect embedding (without: plain weighted mean)",
     "half-vector": "how near the half vector and the mirror direction are to a highlight",
+    "highlights": "shadow rays of highlights",
     "direction": "the direction to the light, in world axes",
     "shadow-clue": "distances to occluders (eq. 2)",
     "decomposition": "visibility of each light (without: one ratio decoded from the sum)",
@@ -62,12 +63,13 @@ class Pixel:
 
 
 @dataclass
-class Direct:
-    """Radiance at unit share, of each light."""
+class Visibility:
+    """Features of each light's visibility, and what its logits are before anything is learned."""
 
-    unshadowed: str
-    shadowed: str
-    code: str  # features of visibility, level 1
+    code: str  # level 1
+    head: str  # level 0
+    diffuse: str  # logit by the distances alone
+    glossy: str  # the same of highlights
 
 
 def build(widths: Widths, without: frozenset[str]) -> list[Operation]:
@@ -75,15 +77,15 @@ def build(widths: Widths, without: frozenset[str]) -> list[Operation]:
     b = Builder()
     pixel = _pixel(b)
     light = _light(b, widths)
-    code, head = _visibility(b, widths, without, pixel, light)
-    direct = _direct(b, widths, without, light, code, head)
+    seen = _visibility(b, widths, without, pixel, light)
+    unshadowed, arriving = _direct(b, widths, without, light, seen)
     sums = {
-        "unshadowed": b.apply("sum", direct.unshadowed, "light.share"),
-        "direct": b.apply("sum", direct.shadowed, "light.share"),
+        "unshadowed": b.apply("sum", unshadowed, "light.share"),
+        "direct": b.apply("sum", arriving, "light.share"),
     }
     if "decomposition" in without:
-        sums["direct"] = _one_ratio(b, widths, direct, sums["unshadowed"])
-    transfer = _transfer(b, widths, without, code)
+        sums["direct"] = _one_ratio(b, widths, sums["direct"], sums["unshadowed"])
+    transfer = _transfer(b, widths, without, seen.code)
     sums["indirect"] = _indirect(b, widths, without, pixel, sums["direct"], transfer)
     for name, value in sums.items():
         b.apply("mul", value, "frame.radiance", out=name)
@@ -107,17 +109,18 @@ def _light(b: Builder, widths: Widths) -> str:
     return b.linear("z_d", [b.apply("mean", vpl), "light.kind"], widths.light)
 
 
-def _visibility(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, light: str) -> tuple[str, str]:
-    """Features at level 1, and those that the head reads at level 0."""
+def _visibility(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, light: str) -> Visibility:
     facing = b.apply("dot", "pixel.normal", "view.direction")
     log_distance = _log_length(b, "view.distance")
-    fine = [facing]
+    fine, diffuse = [facing], b.affine(facing, 0.0, 1.0)
     if "shadow-clue" not in without:
         gap = b.apply("sub", "view.distance", "view.occluder")
         ratio = b.apply("div", "view.occluder", b.affine("view.distance", 1.0, 1e-3))
         occluded = b.apply("clamp", b.affine(gap, 1000.0), low=0.0, high=1.0)
         log_gap = b.affine(b.apply("log", b.affine(gap, 1.0, 1e-3)), 1 / 3, 1.5)
         fine += [occluded, log_gap, ratio]
+        diffuse = b.affine(occluded, -4.0, 2.0)
+    glossy = diffuse if "highlights" in without else b.affine("view.mirror_blocked", -6.0, 3.0)
     fine_value = b.apply("concat", *fine)
     coarse = [b.pool(x) for x in (log_distance, pixel.log_distance, pixel.cosine)]
     if "direction" not in without:
@@ -125,7 +128,8 @@ def _visibility(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixe
     start = b.linear("view.in", [b.apply("pack", fine_value), *coarse, light], widths.view[0])
     code = start if "visibility-unet" in without else _unet(b, "view", start, widths.view)
     clue = b.apply("unpack", b.linear("z_s", [code], 4 * widths.clue))
-    return code, _head(b, widths, without, pixel, [clue, fine_value, log_distance])
+    head = _head(b, widths, without, pixel, [clue, fine_value, log_distance])
+    return Visibility(code, head, diffuse, glossy)
 
 
 def _head(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, inputs: list[str]) -> str:
@@ -133,15 +137,9 @@ def _head(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, inp
     if "half-vector" not in without:
         half = b.apply("normalize", b.apply("add", "view.direction", "pixel.view"))
         inputs += [b.apply("dot", "pixel.normal", half), b.apply("dot", "view.direction", pixel.mirror)]
-    if "mirror" not in without:
-        inputs += ["pixel.mirror", _nearer(b)]
+    if "highlights" not in without:
+        inputs.append("view.mirror_blocked")
     return b.mlp("head", inputs, [widths.head, widths.head])
-
-
-def _nearer(b: Builder) -> str:
-    """Above 0 where the mirror ray ends before it could reach the light: no highlight of it, then."""
-    nearness = b.apply("div", b.affine("view.distance", 0.0, 1.0), b.affine("view.distance", 1.0, 1.0))
-    return b.affine(b.apply("sub", "pixel.mirror", nearness), 4.0)
 
 
 def _unet(b: Builder, name: str, x: str, widths: tuple[int, ...]) -> str:
@@ -157,20 +155,21 @@ def _unet(b: Builder, name: str, x: str, widths: tuple[int, ...]) -> str:
     return x
 
 
-def _direct(b: Builder, widths: Widths, without: frozenset[str], light: str, code: str, head: str) -> Direct:
+def _direct(b: Builder, widths: Widths, without: frozenset[str], light: str, seen: Visibility) -> tuple[str, str]:
+    """Radiance of each light at unit share: unshadowed, and as it arrives (without decomposition: features)."""
     if "direct-clue" in without:
-        diffuse, glossy = _predicted_clue(b, widths, light, head)
+        lobes = _predicted_clue(b, widths, light, seen.head)
     else:
-        diffuse, glossy = "view.diffuse", "view.glossy"
-    unshadowed = b.apply("add", diffuse, glossy)
+        lobes = "view.diffuse", "view.glossy"
+    unshadowed = b.apply("add", *lobes)
     if "decomposition" in without:
-        return Direct(unshadowed, head, code)
-    visible = b.apply("sigmoid", b.affine(b.linear("visible", [head], 2, act="none"), 2.0, 1.0))
-    lobes = [
-        b.apply("mul", lobe, b.apply("slice", visible, **{"from": i, "to": i + 1}))
-        for i, lobe in enumerate((diffuse, glossy))
+        return unshadowed, seen.head
+    learned = b.affine(b.linear("visible", [seen.head], 2, act="none"), 2.0)
+    visible = b.apply("sigmoid", b.apply("add", learned, b.apply("concat", seen.diffuse, seen.glossy)))
+    arriving = [
+        b.apply("mul", lobe, b.apply("slice", visible, **{"from": i, "to": i + 1})) for i, lobe in enumerate(lobes)
     ]
-    return Direct(unshadowed, b.apply("add", *lobes), code)
+    return unshadowed, b.apply("add", *arriving)
 
 
 def _predicted_clue(b: Builder, widths: Widths, light: str, head: str) -> tuple[str, str]:
@@ -179,9 +178,8 @@ def _predicted_clue(b: Builder, widths: Widths, light: str, head: str) -> tuple[
     return b.apply("mul", "pixel.diffuse", lobes[0]), b.apply("mul", b.affine("pixel.specular", 1.0, 0.02), lobes[1])
 
 
-def _one_ratio(b: Builder, widths: Widths, direct: Direct, unshadowed: str) -> str:
-    """Direct light by one shadow ratio for all lights; `direct.shadowed` is then the head's features."""
-    features = b.apply("sum", direct.shadowed, "light.share")
+def _one_ratio(b: Builder, widths: Widths, features: str, unshadowed: str) -> str:
+    """Direct light by one shadow ratio for all lights."""
     ratio = b.mlp("ratio", [features, "pixel.normal", "pixel.roughness"], [widths.decoder, 3], last="sigmoid")
     return b.apply("mul", unshadowed, ratio)
 

@@ -99,7 +99,7 @@ class Trainer:
         self.network, self.mean = (self._create() for _ in range(2))
         self.mean.load_state_dict(self.network.state_dict())
         self.optimizer = torch.optim.Adam(self.network.parameters(), lr=settings.rate)
-        names = frozenset(self.network.checked.inputs) | {"pixel.mask", "frame.radiance"}
+        names = data.required_inputs(self.network.checked)
         self.options = data.Options(settings.vpls, settings.texels, names=names)
         self.loss = losses.Loss(losses.Weights(), self._radiance_unit(), self._perceptual(root))
         self.history = History()
