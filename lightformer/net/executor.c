@@ -111,10 +111,10 @@ static void find_bias(const struct lf_net_executor *e, const struct lf_product *
     }
 }
 
-static void find_biases(const struct lf_run *run)
+static void find_biases(const struct lf_run *run, const struct lf_segment *segment)
 {
     struct lf_net_executor *e = run->executor;
-    for (uint32_t i = run->segment->product_begin; i < run->segment->product_end; i++) {
+    for (uint32_t i = segment->product_begin; i < segment->product_end; i++) {
         const struct lf_product *p = &e->plan.products.items[i];
         uint32_t count = p->by_light ? run->light_count : 1;
         for (uint32_t light = 0; p->constants.count && light < count; light++)
@@ -164,6 +164,8 @@ static void set_grid(struct lf_run *run, const struct lf_net_light_inputs *rows)
     bool picture = s->domain == LF_DOMAIN_VIEW;
     run->width = picture ? lf_level_size(run->picture_width, s->level) : row_count(run, rows, s->domain);
     run->height = picture ? lf_level_size(run->picture_height, s->level) : 1;
+    run->inner_width = picture && s->level ? lf_level_size(run->picture_width, s->level - 1) : 0;
+    run->inner_height = picture && s->level ? lf_level_size(run->picture_height, s->level - 1) : 0;
     run->tiles = (run->width + LF_TILE - 1) / LF_TILE;
     run->tile =
         run->tiles ? ((run->width + run->tiles - 1) / run->tiles + LF_STEP - 1) / LF_STEP * LF_STEP : 0;
@@ -187,11 +189,15 @@ static ng_result run_stage(struct lf_run *run, const struct lf_net_light_inputs 
     struct lf_net_executor *e = run->executor;
     for (uint32_t i = e->plan.stage_begin[run->stage]; i < e->plan.stage_begin[run->stage + 1]; i++) {
         run->segment = &e->plan.segments.items[i];
+        if (run->segment->nested)
+            continue;
         set_grid(run, rows);
         size_t sums = (size_t)run->tiles * run->height * run->segment->sums;
         if (sums > e->sums.count && !ng_array_resize(&e->sums, sums))
             return ng_out_of_memory("the sums of a network");
-        find_biases(run);
+        find_biases(run, run->segment);
+        if (run->segment->inner != LF_NO_VALUE)
+            find_biases(run, &e->plan.segments.items[run->segment->inner]);
         lf_run_segment(run);
         finish_reductions(run);
         clear_empty(run, rows);
@@ -338,6 +344,23 @@ static ng_result pack_weights(struct lf_net_executor *e)
     return e->weights && e->biases ? NG_OK : ng_out_of_memory("the weights of a network");
 }
 
+// Two rows of a finer level, as wide as a tile covers, and what is read around them.
+static bool make_local_images(const struct lf_net_executor *e, struct lf_worker *worker)
+{
+    const struct lf_plan *plan = &e->plan;
+    worker->local = calloc(plan->image_counts[LF_IMAGE_LOCAL] + 1, sizeof *worker->local);
+    for (size_t i = 0; worker->local && i < plan->images.count; i++) {
+        const struct lf_image_plan *p = &plan->images.items[i];
+        const struct lf_image shape = {.width = 2 * LF_TILE,
+                                       .height = 2,
+                                       .channels = plan->net->values.items[p->value].channels,
+                                       .rows = p->rows};
+        if (p->owner == LF_IMAGE_LOCAL && !fit_image(&worker->local[p->slot], &shape))
+            return false;
+    }
+    return worker->local;
+}
+
 static ng_result make_memory(struct lf_net_executor *e)
 {
     bool ok = ng_array_resize(&e->workers, ng_jobs_threads(e->jobs)) &&
@@ -349,6 +372,7 @@ static ng_result make_memory(struct lf_net_executor *e)
         ok = e->workers.items[i].tile;
         if (ok)
             memset(e->workers.items[i].tile, 0, tile);
+        ok = ok && make_local_images(e, &e->workers.items[i]);
     }
     return ok ? NG_OK : ng_out_of_memory("a network's executor");
 }
@@ -402,8 +426,12 @@ void lf_net_executor_destroy(struct lf_net_executor **executor)
     }
     free(e->weights);
     free(e->biases);
-    for (size_t i = 0; i < e->workers.count; i++)
+    for (size_t i = 0; i < e->workers.count; i++) {
+        for (uint32_t k = 0; e->workers.items[i].local && k < e->plan.image_counts[LF_IMAGE_LOCAL]; k++)
+            finish_image(&e->workers.items[i].local[k]);
+        free(e->workers.items[i].local);
         free(e->workers.items[i].tile);
+    }
     for (size_t i = 0; i < e->shared.count; i++)
         finish_image(&e->shared.items[i]);
     for (size_t i = 0; i < e->by_light.count; i++)

@@ -28,7 +28,8 @@ struct lf_figures {
 };
 
 struct lf_worker {
-    float *tile; // memory of a tile
+    float *tile;                   // memory of a tile
+    struct lf_stored_image *local; // by slot
     struct lf_figures figures[LF_STAGE_COUNT];
 };
 
@@ -62,8 +63,8 @@ struct lf_run {
     enum lf_stage stage;
     const struct lf_net_values *pixels; // frame and pixel inputs
     uint32_t picture_width, picture_height;
-    uint32_t width, height; // of the segment's grid
-    uint32_t tiles, tile;   // a row; the width of each
+    uint32_t width, height, tiles, tile; // of the segment's grid; tiles a row, the width of each
+    uint32_t inner_width, inner_height;  // of the inner segment's grid
     uint32_t light_count;
     float *outputs[3];
     bool failed;

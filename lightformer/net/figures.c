@@ -89,3 +89,48 @@ double lf_net_peak(enum lf_net_kernel kernel, struct ng_jobs *jobs)
     }
     return best;
 }
+
+// ---- The plan, for people
+// ----------------------------------------------------------------------------------
+
+static void print_code(const struct lf_net_executor *e, const struct lf_code *code, FILE *out)
+{
+    const struct lf_value *values = e->net->values.items;
+    fprintf(out, "      %-18s", figure_names[code->kind]);
+    if (code->op)
+        fprintf(out, " %-10s %-16s", lf_op_name(code->op->kind), values[code->op->out].name);
+    else if (code->value != LF_NO_VALUE && code->kind != LF_CODE_STORE_OUTPUT)
+        fprintf(out, " %-27s", values[code->value].name);
+    if (code->product != LF_NO_VALUE) {
+        const struct lf_product *p = &e->plan.products.items[code->product];
+        fprintf(out, " %u x %u", p->outputs, p->weights_channels);
+    } else if (code->channels) {
+        fprintf(out, " %u", code->channels);
+    }
+    fputc('\n', out);
+}
+
+static void print_segment(const struct lf_net_executor *e, const struct lf_segment *s, FILE *out)
+{
+    static const char *const domains[] = {"frame", "light", "vpl", "texel", "pixel", "picture"};
+    fprintf(out, "  %s, level %u, %u rows%s%s\n", domains[s->domain], s->level, s->rows,
+            s->nested ? ", within a later one" : "", s->inner != LF_NO_VALUE ? ", with an inner one" : "");
+    for (uint32_t i = s->phase_begin; i < s->phase_end; i++) {
+        const struct lf_phase *phase = &e->plan.phases.items[i];
+        for (uint32_t k = phase->begin; k < phase->end; k++) {
+            if (k == phase->lights)
+                fputs("    for each light\n", out);
+            print_code(e, &e->plan.codes.items[k], out);
+        }
+    }
+}
+
+void lf_net_print_plan(const struct lf_net_executor *executor, FILE *out)
+{
+    const struct lf_plan *plan = &executor->plan;
+    for (uint32_t stage = 0; stage < LF_STAGE_COUNT; stage++) {
+        fprintf(out, "%s\n", stage_names[stage]);
+        for (uint32_t i = plan->stage_begin[stage]; i < plan->stage_begin[stage + 1]; i++)
+            print_segment(executor, &plan->segments.items[i], out);
+    }
+}

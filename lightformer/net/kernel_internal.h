@@ -10,20 +10,22 @@
 #include "lightformer/net/program_internal.h"
 
 #define LF_STEP 32u
-#define LF_TILE 128u
-#define LF_ROW  144u // an odd number of cache lines, so that the rows of a column lie in different sets
+#define LF_TILE 256u
+#define LF_ROW  272u // an odd number of cache lines, so that the rows of a column lie in different sets
 
-// A stored picture: rows of channels beside each other, [y][row][x], a border of zeros around it.
+// A stored picture: rows of channels beside each other, [y][row][x], a border of zeros around it. Of one that
+// is never whole, `words` holds the part that begins at (x0, y0).
 #define LF_BORDER 16u
 struct lf_image {
     uint32_t *words;
-    uint32_t width, height, channels, rows;
+    uint32_t width, height, channels, rows, x0, y0;
     size_t stride; // of a row, words
 };
 
 static inline uint32_t *lf_image_at(const struct lf_image *image, uint32_t y, uint32_t row)
 {
-    return image->words + (((size_t)y + 1) * image->rows + row) * image->stride + LF_BORDER;
+    return image->words + (((size_t)(y - image->y0) + 1) * image->rows + row) * image->stride + LF_BORDER -
+           image->x0;
 }
 
 // outputs [N][x] = act(bias + sum over taps and rows of weights * inputs), fp32 rows and packed rows as

@@ -20,6 +20,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 struct lf_net;
 struct lf_net_executor;
@@ -147,5 +148,8 @@ uint32_t lf_net_figures(const struct lf_net_executor *executor, struct lf_net_fi
 // GFLOP/s of a kernel's multiplication in registers, on all threads: the roof of its products. 0 where the
 // CPU does not have it.
 double lf_net_peak(enum lf_net_kernel kernel, struct ng_jobs *jobs);
+
+// What runs in which order, for people.
+void lf_net_print_plan(const struct lf_net_executor *executor, FILE *out);
 
 #endif

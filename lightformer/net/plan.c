@@ -8,6 +8,9 @@
 //   that
 //             makes it. Operations of one rank and grid are a segment. One that only later segments read, and
 //             that reads nothing which would have to be stored for it, moves there.
+//   nest      where the next coarser level alone reads what a segment makes (pool, pack), the finer tiles run
+//   right
+//             before the coarser one that covers them, and what only that one reads is never stored whole.
 //   emit      codes over buffers; see segment.c.
 #include "lightformer/net/segment_internal.h"
 
@@ -262,7 +265,8 @@ static bool add_segments(struct lf_planner *p)
         if (!p->runs[p->stage].items[i])
             continue;
         struct lf_grid grid = lf_op_grid(p->net, op_at(p, i));
-        struct lf_segment segment = {.domain = grid.domain, .level = grid.level, .rank = p->rank.items[i]};
+        struct lf_segment segment = {
+            .domain = grid.domain, .level = grid.level, .rank = p->rank.items[i], .inner = LF_NO_VALUE};
         size_t at = begin;
         while (at < plan->segments.count && (plan->segments.items[at].rank != segment.rank ||
                                              plan->segments.items[at].domain != segment.domain ||
@@ -282,6 +286,92 @@ static bool add_segments(struct lf_planner *p)
     return true;
 }
 
+// ---- Segments within segments
+// ------------------------------------------------------------------------------
+
+static bool in_segment(const struct lf_planner *p, size_t op, const struct lf_segment *s)
+{
+    struct lf_grid grid = lf_op_grid(p->net, op_at(p, op));
+    return p->runs[p->stage].items[op] && p->rank.items[op] == s->rank && grid.domain == s->domain &&
+           grid.level == s->level;
+}
+
+static bool reads(const struct lf_op *op, uint32_t value)
+{
+    for (uint32_t i = 0; i < op->in_count; i++)
+        if (op->in[i] == value)
+            return true;
+    return false;
+}
+
+// What reads a value of `inner` outside of it: whether `outer` does, whether anything else does before or
+// after it.
+struct readers {
+    bool outer, before, after;
+};
+
+static struct readers find_readers(const struct lf_planner *p, const struct lf_op *op,
+                                   const struct lf_segment *inner, const struct lf_segment *outer)
+{
+    struct readers r = {.after = p->kept.items[op->out]};
+    for (size_t i = index_of(p, op) + 1; i < p->net->ops.count; i++) {
+        if (!p->runs[p->stage].items[i] || !reads(op_at(p, i), op->out) || in_segment(p, i, inner))
+            continue;
+        r.outer |= in_segment(p, i, outer);
+        r.before |= !in_segment(p, i, outer) && p->rank.items[i] <= outer->rank;
+        r.after |= p->rank.items[i] > outer->rank;
+    }
+    return r;
+}
+
+// A tile of the coarser level covers the pixels that its pools and packs read, and no others.
+static bool may_nest(const struct lf_planner *p, const struct lf_segment *inner,
+                     const struct lf_segment *outer)
+{
+    bool any = false;
+    if (inner->domain != LF_DOMAIN_VIEW || outer->domain != LF_DOMAIN_VIEW ||
+        outer->level != inner->level + 1 || inner->inner != LF_NO_VALUE || inner->nested || outer->nested ||
+        outer->inner != LF_NO_VALUE)
+        return false;
+    for (size_t i = 0; i < p->net->ops.count; i++) {
+        if (!in_segment(p, i, inner))
+            continue;
+        struct readers r = find_readers(p, op_at(p, i), inner, outer);
+        if (r.before)
+            return false;
+        any |= r.outer;
+    }
+    return any;
+}
+
+static void make_local(struct lf_planner *p, const struct lf_segment *inner, const struct lf_segment *outer)
+{
+    for (size_t i = 0; i < p->net->ops.count; i++) {
+        const struct lf_op *op = op_at(p, i);
+        if (!in_segment(p, i, inner) || p->image.items[op->out] == LF_NO_VALUE || !p->stored.items[i])
+            continue;
+        struct lf_image_plan *image = &p->plan->images.items[p->image.items[op->out]];
+        if (image->owner != LF_IMAGE_SHARED || find_readers(p, op, inner, outer).after)
+            continue;
+        image->owner = LF_IMAGE_LOCAL;
+        image->slot = p->plan->image_counts[LF_IMAGE_LOCAL]++;
+    }
+}
+
+static void nest_segments(struct lf_planner *p)
+{
+    struct lf_plan *plan = p->plan;
+    for (uint32_t i = plan->stage_begin[p->stage]; i < plan->segments.count; i++)
+        for (uint32_t k = i + 1; k < plan->segments.count; k++) {
+            struct lf_segment *inner = &plan->segments.items[i], *outer = &plan->segments.items[k];
+            if (!may_nest(p, inner, outer))
+                continue;
+            outer->inner = i;
+            inner->nested = true;
+            make_local(p, inner, outer);
+        }
+}
+
 static bool plan_stage(struct lf_planner *p, enum lf_stage stage)
 {
     struct lf_plan *plan = p->plan;
@@ -291,6 +381,7 @@ static bool plan_stage(struct lf_planner *p, enum lf_stage stage)
     rank_late(p);
     if (!find_stored(p) || !add_segments(p))
         return false;
+    nest_segments(p);
     for (size_t i = plan->stage_begin[stage]; i < plan->segments.count; i++)
         if (!lf_segment_emit(p, &plan->segments.items[i]))
             return false;

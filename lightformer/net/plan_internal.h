@@ -79,6 +79,8 @@ struct lf_segment {
     uint32_t rows;                     // of tile memory
     uint32_t sums;                     // floats that a tile reduces to
     uint32_t reduce_begin, reduce_end; // in plan->reductions
+    uint32_t inner; // a segment of the next finer level whose tiles run before each of this one; LF_NO_VALUE
+    bool nested;    // it is such an inner one: it does not run by itself
 };
 
 struct lf_reduction {
@@ -91,6 +93,8 @@ enum lf_image_owner {
     LF_IMAGE_SHARED,   // the executor: used again for the next light
     LF_IMAGE_ENCODING, // a light's encoding
     LF_IMAGE_LIGHT,    // the executor: one a light of the gather
+    LF_IMAGE_LOCAL,    // a worker: what a tile's inner segment makes for it
+    LF_IMAGE_OWNERS
 };
 
 struct lf_image_plan {
@@ -109,7 +113,7 @@ struct lf_plan {
     NG_ARRAY(struct lf_product) products;
     NG_ARRAY(struct lf_reduction) reductions;
     NG_ARRAY(struct lf_image_plan) images;
-    uint32_t image_counts[3];   // by owner
+    uint32_t image_counts[LF_IMAGE_OWNERS];
     NG_ARRAY(uint32_t) vectors; // by value: where its vector begins in its block; LF_NO_VALUE
     uint32_t frame_floats, light_floats, kept_floats; // of the blocks; the first kept_floats of a light are
                                                       // its encoding's

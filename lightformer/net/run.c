@@ -8,7 +8,9 @@
 // A tile at work.
 struct tile {
     const struct lf_run *run;
+    const struct lf_segment *segment;
     struct lf_worker *worker;
+    uint32_t grid_width, grid_height;
     uint32_t x, y, width, valid, index, light;
 };
 
@@ -46,7 +48,9 @@ static const struct lf_image *image_at(const struct tile *t, uint32_t index)
         return &e->shared.items[plan->slot].image;
     case LF_IMAGE_ENCODING:
         return &light_at(t, t->light)->images[plan->slot].image;
-    case LF_IMAGE_LIGHT:
+    case LF_IMAGE_LOCAL:
+        return &t->worker->local[plan->slot].image;
+    default:
         break;
     }
     return &e->by_light.items[(size_t)t->light * e->plan.image_counts[LF_IMAGE_LIGHT] + plan->slot].image;
@@ -75,10 +79,10 @@ static void load_input(const struct tile *t, const struct lf_code *code, float *
     const struct lf_net_values *values =
         v->domain == LF_DOMAIN_PIXEL ? run->pixels : light_at(t, t->light)->inputs;
     const float *in = values ? values->of[v->input] : NULL;
-    size_t plane = (size_t)run->width * run->height;
+    size_t plane = (size_t)t->grid_width * t->grid_height;
     for (uint32_t c = 0; c < v->channels; c++, out += LF_ROW) {
         if (in)
-            memcpy(out, in + c * plane + (size_t)t->y * run->width + t->x, t->valid * sizeof *out);
+            memcpy(out, in + c * plane + (size_t)t->y * t->grid_width + t->x, t->valid * sizeof *out);
         memset(out + (in ? t->valid : 0), 0, (t->width - (in ? t->valid : 0)) * sizeof *out);
     }
 }
@@ -153,15 +157,15 @@ static void store_output(const struct tile *t, const struct lf_code *code)
     const struct lf_run *run = t->run;
     float *out = run->outputs[code->value];
     const float *in = rows_at(t, code->a);
-    size_t plane = (size_t)run->width * run->height;
+    size_t plane = (size_t)t->grid_width * t->grid_height;
     for (uint32_t c = 0; out && c < code->channels; c++, in += LF_ROW)
-        memcpy(out + c * plane + (size_t)t->y * run->width + t->x, in, t->valid * sizeof *in);
+        memcpy(out + c * plane + (size_t)t->y * t->grid_width + t->x, in, t->valid * sizeof *in);
 }
 
 static void reduce(const struct tile *t, const struct lf_code *code)
 {
     const float *in = rows_at(t, code->a);
-    float *sums = t->run->executor->sums.items + (size_t)t->index * t->run->segment->sums + code->list;
+    float *sums = t->run->executor->sums.items + (size_t)t->index * t->segment->sums + code->list;
     for (uint32_t c = 0; c < code->channels; c++, in += LF_ROW) {
         sums[c] = 0;
         for (uint32_t x = 0; x < t->valid; x++)
@@ -412,10 +416,11 @@ static void run_codes(const struct tile *t, uint32_t begin, uint32_t end)
     }
 }
 
-static void run_tile(struct tile *t)
+static void run_phases(struct tile *t)
 {
     const struct lf_plan *plan = &t->run->executor->plan;
-    for (uint32_t i = t->run->segment->phase_begin; i < t->run->segment->phase_end; i++) {
+    t->width = (t->valid + LF_STEP - 1) / LF_STEP * LF_STEP;
+    for (uint32_t i = t->segment->phase_begin; i < t->segment->phase_end; i++) {
         const struct lf_phase *phase = &plan->phases.items[i];
         t->light = 0;
         run_codes(t, phase->begin, phase->lights);
@@ -424,17 +429,57 @@ static void run_tile(struct tile *t)
     }
 }
 
+// Local images show the part that a tile covers. At the picture's edges what lies beyond must be zero.
+static void move_local_images(const struct tile *t, uint32_t x, uint32_t y, bool at_edge)
+{
+    const struct lf_net_executor *e = t->run->executor;
+    for (uint32_t i = 0; i < e->plan.image_counts[LF_IMAGE_LOCAL]; i++) {
+        struct lf_stored_image *s = &t->worker->local[i];
+        s->image.x0 = x;
+        s->image.y0 = y;
+        s->image.width = t->run->inner_width;
+        s->image.height = t->run->inner_height;
+        if (at_edge)
+            memset(s->memory, 0, s->capacity);
+    }
+}
+
+// The pixels of the finer level below a tile.
+static void run_inner(const struct tile *t)
+{
+    const struct lf_run *run = t->run;
+    struct tile inner = {
+        .run = run, .worker = t->worker, .grid_width = run->inner_width, .grid_height = run->inner_height};
+    uint32_t end = 2 * (t->x + t->valid), bottom = 2 * t->y + 2;
+    bool at_edge = end > run->inner_width || bottom > run->inner_height;
+    end = end < run->inner_width ? end : run->inner_width;
+    bottom = bottom < run->inner_height ? bottom : run->inner_height;
+    inner.segment = &run->executor->plan.segments.items[t->segment->inner];
+    move_local_images(t, 2 * t->x, 2 * t->y, at_edge);
+    for (inner.y = 2 * t->y; inner.y < bottom; inner.y++)
+        for (inner.x = 2 * t->x; inner.x < end; inner.x += LF_TILE) {
+            inner.valid = end - inner.x < LF_TILE ? end - inner.x : LF_TILE;
+            run_phases(&inner);
+        }
+}
+
 static void run_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     const struct lf_run *run = user;
     run->executor->kernel->begin();
     for (uint32_t i = begin; i < end; i++) {
-        struct tile tile = {.run = run, .worker = &run->executor->workers.items[worker], .index = i};
+        struct tile tile = {.run = run,
+                            .segment = run->segment,
+                            .worker = &run->executor->workers.items[worker],
+                            .grid_width = run->width,
+                            .grid_height = run->height,
+                            .index = i};
         tile.x = i % run->tiles * run->tile;
         tile.y = i / run->tiles;
         tile.valid = run->width - tile.x < run->tile ? run->width - tile.x : run->tile;
-        tile.width = (tile.valid + LF_STEP - 1) / LF_STEP * LF_STEP;
-        run_tile(&tile);
+        if (run->segment->inner != LF_NO_VALUE)
+            run_inner(&tile);
+        run_phases(&tile);
     }
     run->executor->kernel->end();
 }

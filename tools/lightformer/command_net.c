@@ -14,7 +14,7 @@
 struct net {
     const char *file, *inputs, *output;
     uint32_t kernel, threads;
-    bool json;
+    bool plan, json;
 };
 
 static const struct cli_option options[] = {
@@ -37,6 +37,10 @@ static const struct cli_option options[] = {
      .fallback = "auto",
      .choice = bench_net_kernel,
      .doc = "how numbers are multiplied"},
+    {.name = "--plan",
+     .kind = CLI_FLAG,
+     .offset = offsetof(struct net, plan),
+     .doc = "print what runs in which order"},
     CLI_THREADS(struct net),
     CLI_JSON(struct net),
 };
@@ -197,6 +201,16 @@ static ng_result run_network(const struct net *n, const struct lf_net *net)
     return result;
 }
 
+static ng_result print_plan(const struct net *n, const struct lf_net *net)
+{
+    struct lf_net_executor *executor;
+    NG_TRY(lf_net_executor_create(
+        &(struct lf_net_executor_params){.net = net, .kernel = (enum lf_net_kernel)n->kernel}, &executor));
+    lf_net_print_plan(executor, stdout);
+    lf_net_executor_destroy(&executor);
+    return NG_OK;
+}
+
 // ---- What it is
 
 static const char *const notes[] = {"family", "preset", "training", "dataset", "quality"};
@@ -242,6 +256,8 @@ static int run(const void *args)
     ng_result result = NG_OK;
     if (n->inputs)
         result = run_network(n, net);
+    else if (n->plan)
+        result = print_plan(n, net);
     else if (n->json)
         print_json(net);
     else
