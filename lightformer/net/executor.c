@@ -7,8 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// ---- Images
-// ------------------------------------------------------------------------------------------------
+// ---- Images ---------------------------------------------------------------------------------------------
 
 static void finish_image(struct lf_stored_image *s)
 {
@@ -71,8 +70,7 @@ static bool fit_rows(struct lf_run *run, enum lf_net_domain domain, uint32_t cou
     return true;
 }
 
-// ---- Vectors and biases
-// ------------------------------------------------------------------------------------
+// ---- Vectors and biases ---------------------------------------------------------------------------------
 
 // The inputs of a domain that are vectors, to a block.
 static void take_vectors(const struct lf_net_executor *e, enum lf_net_domain domain, bool gather,
@@ -140,8 +138,7 @@ static void finish_reductions(const struct lf_run *run)
     }
 }
 
-// ---- Stages
-// ------------------------------------------------------------------------------------------------
+// ---- Stages ---------------------------------------------------------------------------------------------
 
 static uint32_t row_count(const struct lf_run *run, const struct lf_net_light_inputs *rows,
                           enum lf_net_domain domain)
@@ -318,8 +315,7 @@ ng_result lf_net_gather(struct lf_net_executor *executor, const struct lf_net_pi
     return run_stage(&run, NULL);
 }
 
-// ---- Life
-// --------------------------------------------------------------------------------------------------
+// ---- Life -----------------------------------------------------------------------------------------------
 
 static ng_result pack_weights(struct lf_net_executor *e)
 {

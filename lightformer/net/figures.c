@@ -90,8 +90,7 @@ double lf_net_peak(enum lf_net_kernel kernel, struct ng_jobs *jobs)
     return best;
 }
 
-// ---- The plan, for people
-// ----------------------------------------------------------------------------------
+// ---- The plan, for people -------------------------------------------------------------------------------
 
 static void print_code(const struct lf_net_executor *e, const struct lf_code *code, FILE *out)
 {

@@ -129,8 +129,7 @@ NG_NODISCARD ng_result lf_net_gather(struct lf_net_executor *executor, const str
                                      const struct lf_net_gathered *lights, uint32_t light_count,
                                      const struct lf_net_radiance *out);
 
-// ---- Where the time goes
-// -------------------------------------------------------------------------------------
+// ---- Where the time goes --------------------------------------------------------------------------------
 
 // Of one kind of operation in one stage, since profiling began; time is that of all threads together.
 struct lf_net_figure {

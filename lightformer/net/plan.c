@@ -4,6 +4,7 @@
 //   from a
 //             gather to the gather; what is of pixels or the frame alone is cheap and runs where it is
 //             needed.
+//   effort    what follows from inputs by little arithmetic is cheaper made again than stored and read back.
 //   rank      an operation that reads a neighbourhood, or a value of another grid, runs after the segment
 //   that
 //             makes it. Operations of one rank and grid are a segment. One that only later segments read, and
@@ -50,8 +51,7 @@ static bool same_grid(struct lf_grid a, struct lf_grid b)
     return a.domain == b.domain && a.level == b.level;
 }
 
-// ---- Which operations a stage runs
-// -------------------------------------------------------------------------
+// ---- Which operations a stage runs ----------------------------------------------------------------------
 
 // LF_STAGE_COUNT: any.
 static enum lf_stage home_of(const struct lf_value *v)
@@ -82,14 +82,65 @@ static void collect(struct lf_planner *p, enum lf_stage stage, uint32_t value)
         collect(p, stage, op->in[i]);
 }
 
-// ---- Ranks
-// -------------------------------------------------------------------------------------------------
+// ---- What is made again ---------------------------------------------------------------------------------
+
+#define LF_MOST_EFFORT 160
+
+// Of one number; 0: more than arithmetic.
+static uint32_t effort_of(enum lf_op_kind kind)
+{
+    switch (kind) {
+    case LF_OP_LINEAR:
+    case LF_OP_CONV:
+    case LF_OP_MEAN:
+    case LF_OP_POOL:
+    case LF_OP_PACK:
+    case LF_OP_UP:
+    case LF_OP_UNPACK:
+    case LF_OP_SUM:
+    case LF_OP_ATTEND:
+        return 0;
+    case LF_OP_SIGMOID:
+    case LF_OP_SOFTPLUS:
+    case LF_OP_TANH:
+    case LF_OP_EXP:
+    case LF_OP_LOG:
+    case LF_OP_LOG1P:
+        return 12;
+    default:
+        return 1;
+    }
+}
+
+// Of a picture's operation and all that it follows from.
+static void find_efforts(struct lf_planner *p)
+{
+    for (size_t i = 0; i < p->net->ops.count; i++) {
+        const struct lf_op *op = op_at(p, i);
+        uint32_t effort = effort_of(op->kind) * value_at(p, op->out)->channels;
+        bool cheap = effort && lf_is_picture(value_at(p, op->out)->domain);
+        for (uint32_t k = 0; cheap && k < op->in_count; k++) {
+            const struct lf_value *in = value_at(p, op->in[k]);
+            bool picture = lf_is_picture(in->domain) && in->op != LF_NO_VALUE;
+            cheap = !picture || p->effort.items[in->op];
+            effort += picture ? p->effort.items[in->op] : in->channels;
+        }
+        p->effort.items[i] = cheap && effort <= LF_MOST_EFFORT ? effort : 0;
+    }
+}
+
+// ---- Ranks ----------------------------------------------------------------------------------------------
 
 // The operation of this stage that makes a value, or null.
 static const struct lf_op *maker(const struct lf_planner *p, uint32_t value)
 {
     uint32_t op = value_at(p, value)->op;
     return op != LF_NO_VALUE && p->runs[p->stage].items[op] ? op_at(p, op) : NULL;
+}
+
+static uint32_t index_of(const struct lf_planner *p, const struct lf_op *op)
+{
+    return (uint32_t)(op - p->net->ops.items);
 }
 
 // How many segments `op` must wait after the one that makes its operand: for its neighbours, for all rows,
@@ -101,9 +152,10 @@ static uint32_t distance(const struct lf_planner *p, const struct lf_op *op, con
            !same_grid(lf_op_grid(p->net, op), lf_op_grid(p->net, from));
 }
 
-static uint32_t index_of(const struct lf_planner *p, const struct lf_op *op)
+// Whether `reader` makes what `op` makes itself.
+static bool is_made_again(const struct lf_planner *p, const struct lf_op *op, const struct lf_op *reader)
 {
-    return (uint32_t)(op - p->net->ops.items);
+    return p->effort.items[index_of(p, op)] > 0 && !lf_op_is_spatial(reader->kind);
 }
 
 static void rank_early(struct lf_planner *p)
@@ -127,7 +179,7 @@ static uint32_t first_reader(const struct lf_planner *p, const struct lf_op *op,
     for (size_t i = index_of(p, op) + 1; i < p->net->ops.count; i++) {
         const struct lf_op *reader = op_at(p, i);
         for (uint32_t k = 0; p->runs[p->stage].items[i] && k < reader->in_count; k++) {
-            if (reader->in[k] != op->out)
+            if (reader->in[k] != op->out || is_made_again(p, op, reader))
                 continue;
             uint32_t rank = p->rank.items[i] - distance(p, reader, op);
             first = rank < first ? rank : first;
@@ -151,7 +203,8 @@ static bool judge_wait(struct lf_planner *p, const struct lf_op *op, uint32_t ra
     for (uint32_t k = 0; k < op->in_count; k++) {
         const struct lf_op *from = maker(p, op->in[k]);
         bool lies_stored = p->kept.items[op->in[k]];
-        if (!from || !lf_is_picture(value_at(p, op->in[k])->domain) || lf_op_is_spatial(op->kind))
+        if (!from || is_made_again(p, from, op) || !lf_is_picture(value_at(p, op->in[k])->domain) ||
+            lf_op_is_spatial(op->kind))
             continue;
         first_reader(p, from, &lies_stored);
         if (!lies_stored && !may_wait(p, from, rank))
@@ -183,8 +236,7 @@ static void rank_late(struct lf_planner *p)
     }
 }
 
-// ---- What is stored
-// ----------------------------------------------------------------------------------------
+// ---- What is stored -------------------------------------------------------------------------------------
 
 static bool read_elsewhere(const struct lf_planner *p, const struct lf_op *op)
 {
@@ -192,7 +244,8 @@ static bool read_elsewhere(const struct lf_planner *p, const struct lf_op *op)
     for (size_t i = index_of(p, op) + 1; i < p->net->ops.count; i++) {
         const struct lf_op *reader = op_at(p, i);
         for (uint32_t k = 0; p->runs[p->stage].items[i] && k < reader->in_count; k++)
-            if (reader->in[k] == op->out && (p->rank.items[i] != rank || distance(p, reader, op)))
+            if (reader->in[k] == op->out && !is_made_again(p, op, reader) &&
+                (p->rank.items[i] != rank || distance(p, reader, op)))
                 return true;
     }
     return p->kept.items[op->out];
@@ -254,15 +307,22 @@ static bool place_vectors(struct lf_planner *p)
     return true;
 }
 
-// ---- The whole
-// ---------------------------------------------------------------------------------------------
+// ---- The whole ------------------------------------------------------------------------------------------
+
+bool lf_op_has_home(const struct lf_planner *p, size_t op)
+{
+    bool output = false;
+    for (uint32_t i = 0; p->stage == LF_STAGE_GATHER && i < NG_COUNT(p->net->outputs); i++)
+        output |= p->net->outputs[i] == p->net->ops.items[op].out;
+    return p->runs[p->stage].items[op] && (!p->effort.items[op] || p->stored.items[op] || output);
+}
 
 static bool add_segments(struct lf_planner *p)
 {
     struct lf_plan *plan = p->plan;
     size_t begin = plan->segments.count;
     for (size_t i = 0; i < p->net->ops.count; i++) {
-        if (!p->runs[p->stage].items[i])
+        if (!lf_op_has_home(p, i))
             continue;
         struct lf_grid grid = lf_op_grid(p->net, op_at(p, i));
         struct lf_segment segment = {
@@ -286,13 +346,12 @@ static bool add_segments(struct lf_planner *p)
     return true;
 }
 
-// ---- Segments within segments
-// ------------------------------------------------------------------------------
+// ---- Segments within segments ---------------------------------------------------------------------------
 
 static bool in_segment(const struct lf_planner *p, size_t op, const struct lf_segment *s)
 {
     struct lf_grid grid = lf_op_grid(p->net, op_at(p, op));
-    return p->runs[p->stage].items[op] && p->rank.items[op] == s->rank && grid.domain == s->domain &&
+    return lf_op_has_home(p, op) && p->rank.items[op] == s->rank && grid.domain == s->domain &&
            grid.level == s->level;
 }
 
@@ -315,7 +374,8 @@ static struct readers find_readers(const struct lf_planner *p, const struct lf_o
 {
     struct readers r = {.after = p->kept.items[op->out]};
     for (size_t i = index_of(p, op) + 1; i < p->net->ops.count; i++) {
-        if (!p->runs[p->stage].items[i] || !reads(op_at(p, i), op->out) || in_segment(p, i, inner))
+        if (!lf_op_has_home(p, i) || !reads(op_at(p, i), op->out) || in_segment(p, i, inner) ||
+            is_made_again(p, op, op_at(p, i)))
             continue;
         r.outer |= in_segment(p, i, outer);
         r.before |= !in_segment(p, i, outer) && p->rank.items[i] <= outer->rank;
@@ -396,11 +456,13 @@ static bool prepare(struct lf_planner *p)
         if (!ng_array_resize(&p->runs[i], ops + 1))
             return false;
     if (!ng_array_resize(&p->kept, values) || !ng_array_resize(&p->rank, ops + 1) ||
-        !ng_array_resize(&p->phase, ops + 1) || !ng_array_resize(&p->stored, ops + 1) ||
-        !ng_array_resize(&p->waits, ops + 1) || !ng_array_resize(&p->image, values) || !place_vectors(p))
+        !ng_array_resize(&p->effort, ops + 1) || !ng_array_resize(&p->phase, ops + 1) ||
+        !ng_array_resize(&p->stored, ops + 1) || !ng_array_resize(&p->waits, ops + 1) ||
+        !ng_array_resize(&p->image, values) || !place_vectors(p))
         return false;
     for (size_t i = 0; i < values; i++)
         p->image.items[i] = LF_NO_VALUE;
+    find_efforts(p);
     for (uint32_t i = 0; i < NG_COUNT(p->net->outputs); i++)
         collect(p, LF_STAGE_GATHER, p->net->outputs[i]);
     return true;
@@ -411,6 +473,7 @@ static void finish(struct lf_planner *p)
     for (uint32_t i = 0; i < LF_STAGE_COUNT; i++)
         ng_array_finish(&p->runs[i]);
     ng_array_finish(&p->kept);
+    ng_array_finish(&p->effort);
     ng_array_finish(&p->rank);
     ng_array_finish(&p->phase);
     ng_array_finish(&p->stored);

@@ -71,8 +71,7 @@ bool lf_domain_join(enum lf_net_domain a, enum lf_net_domain b, enum lf_net_doma
     return a == LF_DOMAIN_PIXEL; // with a view
 }
 
-// ---- What is being read
-// ------------------------------------------------------------------------------------
+// ---- What is being read ---------------------------------------------------------------------------------
 
 struct reader {
     struct lf_net *net;
@@ -131,8 +130,7 @@ static bool add_input_values(struct lf_net *net)
     return true;
 }
 
-// ---- The text of an operation
-// ------------------------------------------------------------------------------
+// ---- The text of an operation ---------------------------------------------------------------------------
 
 static bool find_op(const char *name, enum lf_op_kind *out)
 {
@@ -339,8 +337,7 @@ static ng_result check_members(const struct reader *r)
     return NG_OK;
 }
 
-// ---- What an operation makes
-// -------------------------------------------------------------------------------
+// ---- What an operation makes ----------------------------------------------------------------------------
 
 static const struct lf_value *operand(const struct reader *r, uint32_t i)
 {
@@ -517,8 +514,7 @@ static ng_result infer(const struct reader *r, struct lf_value *out)
     return NG_OK;
 }
 
-// ---- Weights
-// -----------------------------------------------------------------------------------------------
+// ---- Weights --------------------------------------------------------------------------------------------
 
 static ng_result widen(struct lf_net *net, const struct lf_tensor *t, const float **out)
 {
@@ -589,8 +585,7 @@ static ng_result check_tensors(const struct reader *r)
     return NG_OK;
 }
 
-// ---- The whole
-// ---------------------------------------------------------------------------------------------
+// ---- The whole ------------------------------------------------------------------------------------------
 
 static ng_result read_op(struct reader *r)
 {

@@ -69,8 +69,7 @@ static float weight_of(const struct tile *t, uint32_t value)
     return value == LF_NO_VALUE ? 1.0f : *vector_of(t, value, t->light);
 }
 
-// ---- Loads and stores
-// --------------------------------------------------------------------------------------
+// ---- Loads and stores -----------------------------------------------------------------------------------
 
 static void load_input(const struct tile *t, const struct lf_code *code, float *out)
 {
@@ -173,8 +172,7 @@ static void reduce(const struct tile *t, const struct lf_code *code)
     }
 }
 
-// ---- Arithmetic
-// --------------------------------------------------------------------------------------------
+// ---- Arithmetic -----------------------------------------------------------------------------------------
 
 static void pack(const struct tile *t, const struct lf_code *code)
 {
@@ -383,8 +381,7 @@ static void run_code(const struct tile *t, const struct lf_code *code)
     }
 }
 
-// ---- Tiles
-// -------------------------------------------------------------------------------------------------
+// ---- Tiles ----------------------------------------------------------------------------------------------
 
 static uint64_t multiplications(const struct tile *t, const struct lf_code *code)
 {

@@ -32,13 +32,12 @@ static bool same_place(struct lf_place a, struct lf_place b)
     return a.buffer == b.buffer && a.row == b.row;
 }
 
-// ---- Where things belong
-// -----------------------------------------------------------------------------------
+// ---- Where things belong --------------------------------------------------------------------------------
 
 static bool in_segment(const struct lf_planner *p, size_t op)
 {
     struct lf_grid grid = lf_op_grid(p->net, &p->net->ops.items[op]);
-    return p->runs[p->stage].items[op] && p->rank.items[op] == p->segment->rank &&
+    return lf_op_has_home(p, op) && p->rank.items[op] == p->segment->rank &&
            grid.domain == p->segment->domain && grid.level == p->segment->level;
 }
 
@@ -56,6 +55,14 @@ static bool is_constant(const struct lf_planner *p, uint32_t value)
 {
     enum lf_net_domain domain = value_at(p, value)->domain;
     return (domain == LF_DOMAIN_FRAME || domain == LF_DOMAIN_LIGHT) && domain != p->segment->domain;
+}
+
+// Little arithmetic on inputs: made where it is read (plan.c). What an earlier stage keeps is read from
+// there.
+static bool is_made_anywhere(const struct lf_planner *p, uint32_t value)
+{
+    uint32_t op = value_at(p, value)->op;
+    return op != LF_NO_VALUE && p->runs[p->stage].items[op] && p->effort.items[op];
 }
 
 static int scope_of(const struct lf_planner *p, uint32_t value)
@@ -77,8 +84,7 @@ static struct lf_residence *residence(struct lf_planner *p, uint32_t value)
     return scope_of(p, value) == IN_LIGHTS ? &p->light.items[value] : &p->once.items[value];
 }
 
-// ---- Buffers and codes
-// -------------------------------------------------------------------------------------
+// ---- Buffers and codes ----------------------------------------------------------------------------------
 
 static struct lf_place add_buffer(struct lf_planner *p, uint32_t rows)
 {
@@ -132,8 +138,7 @@ static void copy(struct lf_planner *p, int scope, struct lf_place from, struct l
     put(p, scope, code);
 }
 
-// ---- Values as fp32 rows
-// -----------------------------------------------------------------------------------
+// ---- Values as fp32 rows --------------------------------------------------------------------------------
 
 static void load(struct lf_planner *p, uint32_t value, struct lf_place out)
 {
@@ -152,11 +157,16 @@ static void load(struct lf_planner *p, uint32_t value, struct lf_place out)
     put(p, scope_of(p, value), code);
 }
 
-// Where its fp32 rows are; loads them if they are not in the tile.
+static void emit_op(struct lf_planner *p, const struct lf_op *op);
+
+// Where its fp32 rows are; loads or makes them if they are not in the tile.
 static struct lf_place rows_of(struct lf_planner *p, uint32_t value)
 {
     struct lf_residence *r = residence(p, value);
-    if (!is_here(r->rows)) {
+    uint32_t op = value_at(p, value)->op;
+    if (!is_here(r->rows) && is_made_anywhere(p, value)) {
+        emit_op(p, &p->net->ops.items[op]);
+    } else if (!is_here(r->rows)) {
         r->rows = add_buffer(p, value_at(p, value)->channels);
         load(p, value, r->rows);
         if (p->plan->group == 1)
@@ -165,8 +175,7 @@ static struct lf_place rows_of(struct lf_planner *p, uint32_t value)
     return r->rows;
 }
 
-// ---- Products
-// ----------------------------------------------------------------------------------------------
+// ---- Products -------------------------------------------------------------------------------------------
 
 // Whether a product that makes this value can write it packed.
 static bool act_is_simple(const struct lf_op *op)
@@ -185,7 +194,7 @@ static bool arrives_packed(const struct lf_planner *p, uint32_t value)
         return false;
     if (op)
         return (op->kind == LF_OP_LINEAR || op->kind == LF_OP_CONV) && act_is_simple(op);
-    return value_at(p, value)->op != LF_NO_VALUE && !is_constant(p, value) &&
+    return value_at(p, value)->op != LF_NO_VALUE && !is_made_anywhere(p, value) && !is_constant(p, value) &&
            lf_is_picture(value_at(p, value)->domain) == (p->segment->domain == LF_DOMAIN_VIEW) &&
            value_at(p, value)->domain != LF_DOMAIN_LIGHT && value_at(p, value)->domain != LF_DOMAIN_FRAME;
 }
@@ -435,8 +444,7 @@ static void emit_product(struct lf_planner *p, const struct lf_op *op)
     }
 }
 
-// ---- Other operations
-// --------------------------------------------------------------------------------------
+// ---- Other operations -----------------------------------------------------------------------------------
 
 static void emit_concat(struct lf_planner *p, const struct lf_op *op, struct lf_place out)
 {
@@ -556,13 +564,13 @@ static void emit_stores(struct lf_planner *p, const struct lf_op *op)
     struct lf_code code = blank(LF_CODE_STORE_OUTPUT, NULL);
     code.channels = value_at(p, op->out)->channels;
     for (uint32_t i = 0; p->stage == LF_STAGE_GATHER && i < NG_COUNT(p->net->outputs); i++) {
-        if (p->net->outputs[i] != op->out)
+        if (p->net->outputs[i] != op->out || !in_segment(p, index))
             continue;
         code.value = i;
         code.a = rows_of(p, op->out);
         put(p, scope, code);
     }
-    if (!p->stored.items[index])
+    if (!p->stored.items[index] || !in_segment(p, index))
         return;
     enum lf_net_domain domain = value_at(p, op->out)->domain;
     code.value = op->out;
@@ -594,6 +602,11 @@ static void emit_op(struct lf_planner *p, const struct lf_op *op)
         emit_product(p, op);
         break;
     case LF_OP_CONCAT:
+        if (op->in_count == 1 && scope_of(p, op->in[0]) == scope_of(p, op->out)) {
+            r->rows = rows_of(p, op->in[0]);
+            r->packed = p->plan->group == 1 ? r->rows : LF_NOWHERE;
+            break;
+        }
         r->rows = add_buffer(p, value_at(p, op->out)->channels);
         emit_concat(p, op, r->rows);
         r->packed = p->plan->group == 1 ? r->rows : LF_NOWHERE;
@@ -628,8 +641,7 @@ static void emit_op(struct lf_planner *p, const struct lf_op *op)
     emit_stores(p, op);
 }
 
-// ---- Phases
-// ------------------------------------------------------------------------------------------------
+// ---- Phases ---------------------------------------------------------------------------------------------
 
 // The phase in which an operation's result is there.
 static uint32_t find_phases(struct lf_planner *p)
@@ -697,6 +709,8 @@ static bool emit_phase(struct lf_planner *p, uint32_t phase)
         const struct lf_op *op = &p->net->ops.items[i];
         if (!in_segment(p, i) || scope_of(p, op->out) != IN_ONCE || p->phase.items[i] != phase)
             continue;
+        if (is_made_anywhere(p, op->out) && is_here(residence(p, op->out)->rows))
+            continue; // on demand, before
         if (gathers(p, op)) {
             emit_attend_end(p, op);
             emit_stores(p, op);
@@ -704,9 +718,11 @@ static bool emit_phase(struct lf_planner *p, uint32_t phase)
             emit_op(p, op);
         }
     }
-    for (size_t i = 0; i < p->net->ops.count; i++)
-        if (p->wanted.items[i])
+    for (size_t i = 0; i < p->net->ops.count; i++) {
+        uint32_t out = p->net->ops.items[i].out;
+        if (p->wanted.items[i] && !(is_made_anywhere(p, out) && is_here(residence(p, out)->rows)))
             emit_op(p, &p->net->ops.items[i]);
+    }
     if (!append(p, IN_ONCE))
         return false;
     range.lights = (uint32_t)p->plan->codes.count;
@@ -716,8 +732,7 @@ static bool emit_phase(struct lf_planner *p, uint32_t phase)
     return ng_array_push(&p->plan->phases, range);
 }
 
-// ---- Memory of a tile
-// --------------------------------------------------------------------------------------
+// ---- Memory of a tile -----------------------------------------------------------------------------------
 
 static void touch(struct lf_planner *p, struct lf_place place, uint32_t code)
 {
@@ -798,8 +813,7 @@ static void place_all(struct lf_planner *p, uint32_t list_begin)
         resolve(p, &plan->lists.items[i]);
 }
 
-// ---- The whole
-// ---------------------------------------------------------------------------------------------
+// ---- The whole ------------------------------------------------------------------------------------------
 
 static bool prepare(struct lf_planner *p)
 {

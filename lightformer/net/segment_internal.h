@@ -34,6 +34,7 @@ struct lf_planner {
     enum lf_stage stage;
     NG_ARRAY(bool) runs[LF_STAGE_COUNT]; // by operation
     NG_ARRAY(bool) kept;                 // by value: a later stage reads it
+    NG_ARRAY(uint32_t) effort;           // by operation; of one that is made anew wherever it is read, else 0
     NG_ARRAY(uint32_t) rank, phase;      // by operation, in this stage
     NG_ARRAY(enum lf_answer) waits;      // by operation
     NG_ARRAY(bool) stored;               // by operation: something outside of its segment reads it
@@ -52,6 +53,10 @@ struct lf_planner {
 bool lf_op_reduces(const struct lf_net *net, const struct lf_op *op);
 // Where an operation runs: the grid of what it makes, of a reduction that of what it reads.
 struct lf_grid lf_op_grid(const struct lf_net *net, const struct lf_op *op);
+
+// Whether an operation of this stage belongs to a segment: it does not if it is made anew wherever it is
+// read.
+bool lf_op_has_home(const struct lf_planner *p, size_t op);
 
 // False: out of memory.
 bool lf_segment_emit(struct lf_planner *p, struct lf_segment *segment);

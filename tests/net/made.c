@@ -11,8 +11,7 @@
 
 #define OK(call) assert_int_equal((call), NG_OK)
 
-// ---- Networks
-// ----------------------------------------------------------------------------------------------
+// ---- Networks -------------------------------------------------------------------------------------------
 
 static void add_weights(struct lf_tensors *t, const char *name, uint64_t outputs, uint64_t inputs,
                         uint64_t side)
@@ -63,8 +62,7 @@ struct lf_net *made_net(const char *program, const char *weights)
     return net;
 }
 
-// ---- Inputs
-// ------------------------------------------------------------------------------------------------
+// ---- Inputs ---------------------------------------------------------------------------------------------
 
 static size_t count_of(const struct made_scene *s, enum lf_net_domain domain, uint32_t light)
 {
@@ -121,8 +119,7 @@ void made_scene_finish(struct made_scene *s)
     }
 }
 
-// ---- Pictures
-// ----------------------------------------------------------------------------------------------
+// ---- Pictures -------------------------------------------------------------------------------------------
 
 static struct made_picture make_picture(const struct made_scene *s)
 {
@@ -159,8 +156,7 @@ double made_difference(const struct made_picture *a, const struct made_picture *
     return worst;
 }
 
-// ---- The executor
-// ------------------------------------------------------------------------------------------
+// ---- The executor ---------------------------------------------------------------------------------------
 
 static void encode(struct lf_net_executor *executor, struct made_scene *s, uint32_t light, bool again,
                    struct lf_net_encoding **out)
@@ -202,8 +198,7 @@ struct made_picture made_run(const struct lf_net *net, const struct made_scene *
     return p;
 }
 
-// ---- By definition
-// -----------------------------------------------------------------------------------------
+// ---- By definition --------------------------------------------------------------------------------------
 
 // A value, whole: [light][channel][element].
 struct whole {

@@ -62,8 +62,7 @@ static void check(const char *program, const char *weights)
     }
 }
 
-// ---- Operations
-// --------------------------------------------------------------------------------------------
+// ---- Operations -----------------------------------------------------------------------------------------
 
 static void elementwise(void **state)
 {
@@ -240,8 +239,7 @@ static void attention(void **state)
         }
 }
 
-// ---- Programs that nobody wrote
-// ----------------------------------------------------------------------------
+// ---- Programs that nobody wrote -------------------------------------------------------------------------
 
 struct writer {
     struct ng_rng rng;
@@ -345,8 +343,7 @@ static void any_program(void **state)
     }
 }
 
-// ---- What must not change a picture
-// ------------------------------------------------------------------------
+// ---- What must not change a picture ---------------------------------------------------------------------
 
 static const char *const whole_program =
     "[{\"op\":\"linear\",\"in\":[\"vpl.offset\",\"vpl.power\"],\"out\":\"v\",\"name\":\"v\",\"channels\":20,"
@@ -469,8 +466,7 @@ static void sizes_in_turn(void **state)
     lf_net_destroy(&net);
 }
 
-// ---- Closed forms
-// ------------------------------------------------------------------------------------------
+// ---- Closed forms ---------------------------------------------------------------------------------------
 
 // What a program makes of one pixel's column is compared with numbers written here, not with made_naive.
 static struct made_picture run_small(const char *program, struct made_scene *scene)

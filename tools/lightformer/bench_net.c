@@ -40,8 +40,7 @@ struct results {
     double peaks[LF_KERNEL_AMX + 1];
 };
 
-// ---- Inputs
-// ------------------------------------------------------------------------------------------------
+// ---- Inputs ---------------------------------------------------------------------------------------------
 
 static size_t input_count(const struct session *s, enum lf_net_domain domain)
 {
@@ -111,8 +110,7 @@ static void close_session(struct session *s)
     lf_net_destroy(&s->net);
 }
 
-// ---- Frames
-// ------------------------------------------------------------------------------------------------
+// ---- Frames ---------------------------------------------------------------------------------------------
 
 static double lap(uint64_t *since)
 {
@@ -164,8 +162,7 @@ static ng_result profile_frames(struct session *s, struct results *r)
     return NG_OK;
 }
 
-// ---- Figures
-// -----------------------------------------------------------------------------------------------
+// ---- Figures --------------------------------------------------------------------------------------------
 
 static int compare(const void *a, const void *b)
 {
