@@ -468,7 +468,7 @@ uint64_t lf_net_executor_bytes(const struct lf_net_executor *executor, uint32_t 
         const struct lf_image_plan *p = &plan->images.items[i];
         const struct lf_value *v = &plan->net->values.items[p->value];
         uint64_t pixels = (uint64_t)lf_level_size(width, v->level) * lf_level_size(height, v->level);
-        if (!lf_is_rows(v->domain))
+        if (!lf_is_rows(v->domain) && p->owner != LF_IMAGE_LOCAL)
             words += pixels * p->rows * (p->owner == LF_IMAGE_SHARED ? 1 : lights);
     }
     return words * sizeof *(struct lf_image){0}.words;

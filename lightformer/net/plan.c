@@ -195,6 +195,9 @@ static bool may_wait(struct lf_planner *p, const struct lf_op *op, uint32_t rank
 static bool judge_wait(struct lf_planner *p, const struct lf_op *op, uint32_t rank)
 {
     bool stored = p->kept.items[op->out];
+    if (op->kind == LF_OP_POOL ||
+        op->kind == LF_OP_PACK) // then their operand would wait, four times as large
+        return false;
     if (lf_op_reduces(p->net, op) || lf_op_grid(p->net, op).domain != LF_DOMAIN_VIEW)
         return false;
     uint32_t first = first_reader(p, op, &stored);

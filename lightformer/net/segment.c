@@ -6,6 +6,7 @@
 // tiles keep nothing by light.
 #include "lightformer/net/segment_internal.h"
 
+#include <assert.h>
 #include <string.h>
 
 #define IN_ONCE   0
@@ -132,6 +133,7 @@ static void clear(struct lf_planner *p, int scope, struct lf_place out, uint32_t
 static void copy(struct lf_planner *p, int scope, struct lf_place from, struct lf_place to, uint32_t rows)
 {
     struct lf_code code = blank(LF_CODE_COPY, NULL);
+    assert(is_here(from) && is_here(to));
     code.a = from;
     code.out = to;
     code.rows = rows;
