@@ -19,6 +19,7 @@ from torch import Tensor
 from .data import Batch
 
 EPSILON = 0.05  # where the mean is about 1: dark pixels count, but do not rule
+LIMIT = 3.0  # relative errors, over which noise is likelier than a fault
 
 
 @dataclass(frozen=True)
@@ -74,8 +75,10 @@ class Loss:
 
 
 def relative_squared(ours: Tensor, reference: Tensor) -> Tensor:
-    """Least, over noisy references, at their mean."""
-    return (ours - reference) ** 2 / (ours.detach() ** 2 + EPSILON)
+    """Least, over noisy references, at their mean. Beyond LIMIT it rises in a straight line: one path that found a
+    light by chance must not decide a step."""
+    error = (ours - reference).abs() / torch.sqrt(ours.detach() ** 2 + EPSILON)
+    return torch.where(error < LIMIT, error**2, LIMIT * (2 * error - LIMIT))
 
 
 def _log(x: Tensor) -> Tensor:
