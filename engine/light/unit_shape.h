@@ -30,12 +30,11 @@ static inline void ng_light_on_disk(float u, float v, float *x, float *y)
 // The sphere of radius 1.
 static inline void ng_light_on_sphere(float u, float v, float *x, float *y, float *z)
 {
-    float cosine, sine, height = 1 - 2 * v, rest = 1 - height * height;
-    float ring = sqrtf(rest > 0 ? rest : 0);
+    float cosine, sine, ring = 2 * sqrtf(v * (1 - v));
     ng_turn(u, &cosine, &sine);
     *x = ring * cosine;
     *y = ring * sine;
-    *z = height;
+    *z = 1 - 2 * v;
 }
 
 #endif

@@ -146,12 +146,13 @@ static void arrive(struct lf_wave *w, uint32_t lane, const struct lf_surface *su
     w->roughness[lane] = surface->roughness;
 }
 
-static struct lf_ray ray_of(const struct lf_wave *w, uint32_t lane, float far)
+// In place: what is written number by number and then copied as a whole waits for the stores.
+static void set_ray(const struct lf_wave *w, uint32_t lane, float far, struct lf_ray *out)
 {
-    struct lf_ray ray = {.far = far};
-    take_lane(w->origin, lane, ray.origin);
-    take_lane(w->direction, lane, ray.direction);
-    return ray;
+    take_lane(w->origin, lane, out->origin);
+    take_lane(w->direction, lane, out->direction);
+    out->near = 0;
+    out->far = far;
 }
 
 // Which connections something stands in the way of.
@@ -167,7 +168,7 @@ static void trace_shadows(const struct walk *walk, bool dark[LF_PATHS])
         if (!(w->far[i] > 0))
             continue;
         lanes[count] = i;
-        rays[count++] = ray_of(w, i, w->far[i]);
+        set_ray(w, i, w->far[i], &rays[count++]);
     }
     lf_trace_occluded_many(walk->scene->tracer, rays, count, met);
     for (uint32_t i = 0; i < count; i++)
@@ -200,7 +201,8 @@ static void see_unshadowed(struct walk *walk)
         if (!w->goes[i])
             continue;
         struct look look = look_from(walk, i);
-        struct lf_ray ray = ray_of(w, i, INFINITY);
+        struct lf_ray ray;
+        set_ray(w, i, INFINITY, &ray);
         add_met_environments(&look);
         walk->scene->stats->emitter_rays +=
             lf_trace_emitters(walk->scene->tracer, &ray, add_met_surface, &look);
@@ -220,14 +222,15 @@ static void trace_rays(struct walk *walk)
         struct lf_ray *ray = &rays[walk->ray_count];
         if (!w->goes[i])
             continue;
-        *ray = ray_of(w, i, INFINITY);
+        set_ray(w, i, INFINITY, ray);
         if (w->survives[i] || walk->environment || lf_trace_may_shine(tracer, ray))
             walk->lanes[walk->ray_count++] = i;
     }
     lf_trace_closest_many(tracer, rays, walk->ray_count, walk->met, walk->hits);
-    for (uint32_t k = 0; k < walk->ray_count; k++)
-        if (walk->met[k])
-            lf_surface_prefetch(tracer, &walk->hits[k]);
+    for (int stage = 0; stage < 2; stage++)
+        for (uint32_t k = 0; k < walk->ray_count; k++)
+            if (walk->met[k] && w->survives[walk->lanes[k]])
+                lf_surface_prefetch(tracer, &walk->hits[k], stage);
     walk->scene->stats->path_rays += walk->ray_count;
     stop_clock(walk->scene, begin, &walk->scene->stats->path_ns);
 }

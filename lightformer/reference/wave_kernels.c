@@ -48,6 +48,11 @@ static inline struct vec mad(struct vec a, struct vec b, float t)
     return (struct vec){a.x + b.x * t, a.y + b.y * t, a.z + b.z * t};
 }
 
+static inline struct vec pick(bool first, struct vec a, struct vec b)
+{
+    return (struct vec){first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
+}
+
 static inline float max3(struct vec v)
 {
     return ng_max(ng_max(v.x, v.y), v.z);
@@ -174,7 +179,7 @@ static void eval(struct lf_wave *w)
         }
 }
 
-static inline bool is_above(const struct lf_wave *w, struct vec local, struct vec direction, uint32_t i)
+static inline int is_above(const struct lf_wave *w, struct vec local, struct vec direction, uint32_t i)
 {
     return (local.z > 0) & (dot(load(w->flat_normal, i), direction) > 0);
 }
@@ -220,47 +225,56 @@ static void choose_lights(struct lf_wave *w)
     LANES w->u[0][i] = ng_min((w->u[0][i] - w->below[i]) / w->chosen[i], MOST_BELOW_ONE);
 }
 
+// Where lanes have chosen this light.
+static inline void store_sample(struct lf_wave *w, uint32_t l, struct vec position, struct vec normal,
+                                uint32_t i)
+{
+    bool mine = w->light[i] == l;
+    store(pick(mine, position, load(w->light_position, i)), w->light_position, i);
+    store(pick(mine, normal, load(w->light_normal, i)), w->light_normal, i);
+}
+
+static inline struct vec vec_of(const float v[3])
+{
+    return (struct vec){v[0], v[1], v[2]};
+}
+
 static void sample_square(struct lf_wave *w, const struct lf_light_entry *e, uint32_t l)
 {
     uint32_t lanes = whole_blocks(w);
+    const struct vec normal = vec_of(e->sample.normal), center = vec_of(e->center);
+    const struct vec axes[2] = {vec_of(e->axes[0]), vec_of(e->axes[1])};
     LANES
     {
         float x, y;
         ng_light_on_square(w->u[0][i], w->u[1][i], &x, &y);
-        for (int k = 0; k < 3; k++) {
-            float place = e->center[k] + e->axes[0][k] * x + e->axes[1][k] * y;
-            w->light_position[k][i] = w->light[i] == l ? place : w->light_position[k][i];
-            w->light_normal[k][i] = w->light[i] == l ? e->sample.normal[k] : w->light_normal[k][i];
-        }
+        store_sample(w, l, mad(mad(center, axes[0], x), axes[1], y), normal, i);
     }
 }
 
 static void sample_disk(struct lf_wave *w, const struct lf_light_entry *e, uint32_t l)
 {
     uint32_t lanes = whole_blocks(w);
+    const struct vec normal = vec_of(e->sample.normal), center = vec_of(e->center);
+    const struct vec axes[2] = {vec_of(e->axes[0]), vec_of(e->axes[1])};
     LANES
     {
         float x, y;
         ng_light_on_disk(w->u[0][i], w->u[1][i], &x, &y);
-        for (int k = 0; k < 3; k++) {
-            float place = e->center[k] + e->axes[0][k] * x + e->axes[1][k] * y;
-            w->light_position[k][i] = w->light[i] == l ? place : w->light_position[k][i];
-            w->light_normal[k][i] = w->light[i] == l ? e->sample.normal[k] : w->light_normal[k][i];
-        }
+        store_sample(w, l, mad(mad(center, axes[0], x), axes[1], y), normal, i);
     }
 }
 
 static void sample_sphere(struct lf_wave *w, const struct lf_light_entry *e, uint32_t l)
 {
     uint32_t lanes = whole_blocks(w);
+    const struct vec center = vec_of(e->center);
+    const float radius = e->axes[0][0];
     LANES
     {
         struct vec n;
         ng_light_on_sphere(w->u[0][i], w->u[1][i], &n.x, &n.y, &n.z);
-        struct vec place = mad((struct vec){e->center[0], e->center[1], e->center[2]}, n, e->axes[0][0]);
-        struct vec position = load(w->light_position, i), normal = load(w->light_normal, i);
-        store(w->light[i] == l ? place : position, w->light_position, i);
-        store(w->light[i] == l ? n : normal, w->light_normal, i);
+        store_sample(w, l, mad(center, n, radius), n, i);
     }
 }
 
@@ -282,9 +296,7 @@ static void receive(struct lf_wave *w, const struct lf_light_entry *e, uint32_t 
             float arriving = arrives ? e->sample.radiance[k] * (1 / density) : 0;
             w->irradiance[k][i] = mine ? arriving : w->irradiance[k][i];
         }
-        w->incident[0][i] = mine ? d.x : w->incident[0][i];
-        w->incident[1][i] = mine ? d.y : w->incident[1][i];
-        w->incident[2][i] = mine ? d.z : w->incident[2][i];
+        store(pick(mine, d, load(w->incident, i)), w->incident, i);
     }
 }
 
@@ -375,9 +387,7 @@ static void aim(struct lf_wave *w)
         float length = ng_sqrt(dot(way, way)), inverse = 1 / length;
         bool endless = w->light_distance[i] == INFINITY;
         store(from, w->origin, i);
-        w->direction[0][i] = endless ? d.x : way.x * inverse;
-        w->direction[1][i] = endless ? d.y : way.y * inverse;
-        w->direction[2][i] = endless ? d.z : way.z * inverse;
+        store(pick(endless, d, scale(way, inverse)), w->direction, i);
         float far = endless ? INFINITY : length * (1 - 1e-6f);
         w->far[i] = max3(load(w->whole, i)) > 0 ? far : 0;
     }
@@ -412,7 +422,7 @@ static void choose_directions(struct lf_wave *w)
             ng_brdf_reflect(v, ng_brdf_half(v, w->roughness[i], cosine, sine, w->u[1][i]));
         struct ng_local_direction b = ng_brdf_cosine(cosine, sine, w->u[1][i]);
         // Unit, as the frame is.
-        struct vec l = {specular ? a.x : b.x, specular ? a.y : b.y, specular ? a.z : b.z};
+        struct vec l = pick(specular, (struct vec){a.x, a.y, a.z}, (struct vec){b.x, b.y, b.z});
         store(l, w->local, i);
         struct vec d = scale(load(w->tangent, i), l.x);
         d = mad(d, load(w->bitangent, i), l.y);

@@ -197,11 +197,19 @@ bool lf_surface_may_shine(const struct lf_tracer *tracer, const struct lf_hit *h
     return in->light != NG_NONE || lf_max3(in->plain.emission) > 0; // texels are factors of it
 }
 
-void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit)
+void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit, int stage)
 {
     const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);
-    if (in->shape == LF_SHAPE_TRIANGLES)
-        __builtin_prefetch(in->mesh->indices + (size_t)hit->triangle * 3);
+    if (in->shape != LF_SHAPE_TRIANGLES)
+        return;
+    const uint32_t *index = in->mesh->indices + (size_t)hit->triangle * 3;
+    if (stage == 0)
+        __builtin_prefetch(index);
+    for (int i = 0; stage == 1 && i < 3; i++) {
+        __builtin_prefetch(in->mesh->normals + (size_t)index[i] * 3);
+        if (in->textured)
+            __builtin_prefetch(in->mesh->uvs + (size_t)index[i] * 2);
+    }
 }
 
 void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out)

@@ -23,8 +23,9 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
 bool lf_surface_may_shine(const struct lf_tracer *tracer, const struct lf_hit *hit);
 // Where the point of a hit was in the frame before, world (snapshot.h: previous matrices and positions).
 void lf_surface_previous(const struct lf_tracer *tracer, const struct lf_hit *hit, float out[3]);
-// Asks memory for what lf_surface_at will read, for callers with something to do in between.
-void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit);
+// Asks memory for what lf_surface_at will read, for callers with something to do in between: stage 0 for what
+// tells where the rest is, stage 1 for the rest.
+void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit, int stage);
 // Whether it is met from the back and has none: black.
 static inline bool lf_surface_is_black(const struct lf_surface *s)
 {
