@@ -395,21 +395,25 @@ static uint64_t multiplications(const struct tile *t, const struct lf_code *code
     return 0;
 }
 
+static void note_figures(const struct tile *t, const struct lf_code *code, uint64_t ns)
+{
+    struct lf_figures *figures = &t->worker->figures[t->run->stage];
+    bool conv = code->kind == LF_CODE_PRODUCT && code->op->kind == LF_OP_CONV;
+    uint32_t kind = conv ? LF_FIGURE_CONV : (uint32_t)code->kind;
+    figures->ns[kind] += ns;
+    figures->tiles[kind]++;
+    figures->multiplications[kind] += multiplications(t, code);
+}
+
 static void run_codes(const struct tile *t, uint32_t begin, uint32_t end)
 {
     const struct lf_net_executor *e = t->run->executor;
-    struct lf_figures *figures = e->profiling ? &t->worker->figures[t->run->stage] : NULL;
     for (uint32_t i = begin; i < end; i++) {
         const struct lf_code *code = &e->plan.codes.items[i];
-        uint64_t start = figures ? ng_clock_ns() : 0;
+        uint64_t start = e->profiling ? ng_clock_ns() : 0;
         run_code(t, code);
-        if (figures) {
-            bool conv = code->kind == LF_CODE_PRODUCT && code->op->kind == LF_OP_CONV;
-            uint32_t kind = conv ? LF_FIGURE_CONV : (uint32_t)code->kind;
-            figures->ns[kind] += ng_clock_ns() - start;
-            figures->tiles[kind]++;
-            figures->multiplications[kind] += multiplications(t, code);
-        }
+        if (e->profiling)
+            note_figures(t, code, ng_clock_ns() - start);
     }
 }
 
