@@ -16,6 +16,7 @@
 #include "render/light_gpu.h"
 #include "render/scene_gpu.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -113,14 +114,14 @@ void lf_encoder_destroy(struct lf_encoder **encoder)
     free(self);
 }
 
-void lf_encoder_redo_always(struct lf_encoder *self, bool always)
+void lf_encoder_redo_always(struct lf_encoder *encoder, bool always)
 {
-    self->params.always = always;
+    encoder->params.always = always;
 }
 
-struct lf_encoder_counters lf_encoder_counters_of(const struct lf_encoder *self)
+struct lf_encoder_counters lf_encoder_counters_of(const struct lf_encoder *encoder)
 {
-    return self->counters;
+    return encoder->counters;
 }
 
 static bool is_slot_of(const struct slot *slot, const struct ng_snapshot_light *light)
@@ -143,6 +144,7 @@ static ng_result add_slot(struct lf_encoder *self, const struct ng_snapshot_ligh
         destroy_slot(slot);
     else
         *out = slot;
+    assert(result != NG_OK || *out);
     return result;
 }
 
@@ -713,7 +715,7 @@ static ng_result produce(struct ng_composer *composer, void *user)
     return publish(composer, &d);
 }
 
-struct ng_provider lf_encoder_provider(struct lf_encoder *self)
+struct ng_provider lf_encoder_provider(struct lf_encoder *encoder)
 {
-    return (struct ng_provider){.name = "encode", .produce = produce, .user = self};
+    return (struct ng_provider){.name = "encode", .produce = produce, .user = encoder};
 }

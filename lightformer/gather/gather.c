@@ -49,14 +49,14 @@ void lf_gather_destroy(struct lf_gather **gather)
     free(self);
 }
 
-void lf_gather_redo_always(struct lf_gather *self, bool always)
+void lf_gather_redo_always(struct lf_gather *gather, bool always)
 {
-    self->params.always = always;
+    gather->params.always = always;
 }
 
-uint64_t lf_gather_runs(const struct lf_gather *self)
+uint64_t lf_gather_runs(const struct lf_gather *gather)
 {
-    return self->runs;
+    return gather->runs;
 }
 
 // ---- The pass --------------------------------------------------------------------------------------------
@@ -93,7 +93,7 @@ static void interleave(void *user, uint32_t begin, uint32_t end, uint32_t worker
     }
 }
 
-static ng_result gather(const struct ng_pass_context *ctx)
+static ng_result run(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     struct lf_gather *self = d->self;
@@ -157,7 +157,7 @@ static void declare_pass(struct ng_composer *composer, struct pass_data *data)
     struct ng_pass *pass =
         ng_graph_add_pass(ng_composer_graph(composer), &(struct ng_pass_params){.name = "gather",
                                                                                 .kind = NG_PASS_CPU,
-                                                                                .run = gather,
+                                                                                .run = run,
                                                                                 .data = data,
                                                                                 .data_size = sizeof *data,
                                                                                 .flags = NG_PASS_ON_DEMAND});
@@ -190,7 +190,7 @@ static ng_result consume(struct ng_composer *composer, void *user)
     return ng_composer_publish(composer, &ng_radiance_item, &radiance);
 }
 
-struct ng_provider lf_gather_provider(struct lf_gather *self)
+struct ng_provider lf_gather_provider(struct lf_gather *gather)
 {
-    return (struct ng_provider){.name = "gather", .consume = consume, .user = self};
+    return (struct ng_provider){.name = "gather", .consume = consume, .user = gather};
 }

@@ -19,6 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -447,9 +448,18 @@ static ng_result draw_first_frame(const struct bench_neural_params *params)
     return draw(&s, &ms); // the process ends here: nothing is closed
 }
 
+static double seconds_of(const struct timeval *t)
+{
+    return (double)t->tv_sec + (double)t->tv_usec * 1e-6;
+}
+
+struct alone {
+    double seconds, cpu_seconds, peak_bytes;
+};
+
 // Runs `work` in a process that has nothing yet. False if there can be none, or it failed.
 static bool run_alone(ng_result (*work)(const struct bench_neural_params *),
-                      const struct bench_neural_params *params, double *seconds, double *peak_bytes)
+                      const struct bench_neural_params *params, struct alone *out)
 {
     struct rusage usage;
     int status = 0;
@@ -460,21 +470,23 @@ static bool run_alone(ng_result (*work)(const struct bench_neural_params *),
         _exit(work(params) == NG_OK ? 0 : 1);
     if (child < 0 || wait4(child, &status, 0, &usage) != child)
         return false;
-    *seconds = (double)(ng_clock_ns() - start) * 1e-9;
-    *peak_bytes = (double)usage.ru_maxrss * 1024;
+    out->seconds = (double)(ng_clock_ns() - start) * 1e-9;
+    out->cpu_seconds = seconds_of(&usage.ru_utime) + seconds_of(&usage.ru_stime);
+    out->peak_bytes = (double)usage.ru_maxrss * 1024;
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 ng_result bench_neural_measure_processes(const struct bench_neural_params *params, struct bench_neural *out)
 {
-    double seconds, bytes;
+    struct alone first, many;
     *out = (struct bench_neural){0};
-    if (!run_alone(draw_first_frame, params, &out->first_frame_s, &bytes) ||
-        !run_alone(draw_many_lights, params, &seconds, &bytes)) {
+    if (!run_alone(draw_first_frame, params, &first) || !run_alone(draw_many_lights, params, &many)) {
         ng_log_error("%s: a process that was to draw it alone failed", params->scene);
         return NG_ERROR_UNSUPPORTED;
     }
-    out->memory_mib = bytes / (1 << 20);
+    out->first_frame_s = first.seconds;
+    out->first_frame_cpu_s = first.cpu_seconds;
+    out->memory_mib = many.peak_bytes / (1 << 20);
     return NG_OK;
 }
 
@@ -507,8 +519,8 @@ void bench_neural_print(const struct bench_neural *b)
         printf("%4u pieces %29s %10.2f %10.2f %10.2f\n", b->pieces[i].count, "", b->pieces[i].encode_ms,
                b->pieces[i].gather_ms, b->pieces[i].network_ms);
     printf("a light more: %.2f ms to encode, %.2f ms to gather\n", b->encode_slope_ms, b->gather_slope_ms);
-    printf("peak memory with %u lights: %.0f MiB; first picture after %.2f s\n", MEMORY_LIGHTS, b->memory_mib,
-           b->first_frame_s);
+    printf("peak memory with %u lights: %.0f MiB; first picture after %.2f s, %.2f s of processor time\n",
+           MEMORY_LIGHTS, b->memory_mib, b->first_frame_s, b->first_frame_cpu_s);
 }
 
 static void write_steps(struct json *j, const char *key, const struct bench_neural_step *steps, size_t count)
@@ -540,6 +552,7 @@ void bench_neural_write(const struct bench_neural *b, struct json *j)
     json_number(j, "gather_slope_ms", b->gather_slope_ms);
     json_number(j, "memory_mib", b->memory_mib);
     json_number(j, "first_frame_s", b->first_frame_s);
+    json_number(j, "first_frame_cpu_s", b->first_frame_cpu_s);
     json_end(j);
 }
 

@@ -35,7 +35,8 @@ struct bench_neural {
     double encode_slope_ms, gather_slope_ms; // a light
     double encode_curve, gather_curve;       // largest distance from the line, as a share of the value
     double memory_mib;                       // peak of a process that draws 7 lights; 0: not measured
-    double first_frame_s; // from the start of a process to its first picture; 0: not measured
+    // From the start of a process to its first picture, and the processor time that it took; 0: not measured.
+    double first_frame_s, first_frame_cpu_s;
 };
 
 // Both show progress; errors were logged by the part that met them. First what processes of their own do,

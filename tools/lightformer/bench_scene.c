@@ -69,8 +69,9 @@ static ng_result set_lights(struct ng_world *world, const struct entities *light
         ng_entity copy;
         NG_TRY(copy_entity(world, lights->list.items[i % there], &copy));
         struct ng_transform *t = ng_world_edit(world, copy, NG_TRANSFORM);
+        uint32_t round = i / there;
         if (t)
-            t->translation[0] += LIGHT_STEP * (float)(i / there);
+            t->translation[0] += LIGHT_STEP * (float)round;
     }
     return NG_OK;
 }
@@ -121,14 +122,14 @@ static void place_copy(struct ng_transform *t, const struct ng_transform *from, 
                        float extent)
 {
     float shrink = 1 / (float)side, tile = 2 * extent * shrink;
-    const float at[2] = {(float)(index % side), (float)(index / side)};
+    uint32_t column = index % side, row = index / side;
     *t = *from;
     for (int i = 0; i < 3; i++) {
         t->translation[i] *= shrink;
         t->scale[i] *= shrink;
     }
-    t->translation[0] += tile * (at[0] + 0.5f) - extent;
-    t->translation[2] += tile * (at[1] + 0.5f) - extent;
+    t->translation[0] += tile * ((float)column + 0.5f) - extent;
+    t->translation[2] += tile * ((float)row + 0.5f) - extent;
 }
 
 static float extent_of(const struct ng_world *world, const struct entities *pieces)
