@@ -8,7 +8,8 @@ Of each light k (unit power; shares weigh the sums over lights, so that all is l
     transfer     z_i = mean of an MLP over the texels of the RSM; each pixel's gates (half resolution) weigh it:
                  sum s_k g_k z_i,k
     indirect     a U-Net in screen space on geometry, transfer, direct light and clues, then a decoder at full
-                 resolution: albedo * (factor * bounce + residue) + (F0 + b) * (radiance + gated mirror clue)
+                 resolution: albedo * (factor * bounce + residue)
+                 + (F0 + b) * (radiance + factor * bounce + gated mirror clue)
 
 Nothing is absolute: lengths are in units of the scene and positions relative to light or eye, so moving or scaling the
 scene changes nothing.
@@ -229,7 +230,7 @@ def _indirect(
     if "mirror" not in without:
         surface.append("pixel.mirror")
     decoded = b.mlp("decoder", [features, *surface], [widths.decoder] * 2)
-    raw = b.linear("decoded", [decoded], 11, act="none")
+    raw = b.linear("decoded", [decoded], 12, act="none")
 
     def part(first: int, last: int) -> str:
         return b.apply("slice", raw, **{"from": first, "to": last})
@@ -241,6 +242,8 @@ def _indirect(
     if "albedo" not in without:
         diffuse = b.apply("mul", diffuse, "pixel.diffuse")
     radiance = b.affine(b.apply("softplus", part(6, 9)), UNIT)
+    if "bounce" not in without:  # rough metals reflect what a diffuse surface would gather
+        radiance = b.apply("add", radiance, b.apply("mul", bounce, b.apply("softplus", part(11, 12))))
     if "mirror" not in without:
         gate = b.apply("sigmoid", b.affine(part(9, 10), 1.0, 2.0))
         radiance = b.apply("add", radiance, b.apply("mul", mirror, gate))
