@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 from files import ROOT, radiance, scratch, write_exr
 
-from study import figures, sequence, tables, timing
+from study import figures, methods, sequence, tables, timing
 from study.figures import Truth
 from study.methods import denoise, guides
+from study.renderer import Renderer, variation
 
 OUT = Path(scratch("out"))
 TINY = ("--frames", "2", "--size", "48", "--spp", "4", "--out", str(OUT))
@@ -60,6 +61,7 @@ class Command(unittest.TestCase):
 
     def test_refused(self):
         for expected, *arguments in (("no/such.glb", "--scene", "no/such.glb"),
+                                     ("lightformer render content/LICENSES.md", "--scene", "content/LICENSES.md", "--parts", "frames"),
                                      ("no such program", "--program", "/none"),
                                      ("none.safetensors", "none.safetensors", "--parts", "frames")):
             done = quality(*TINY, *arguments)
@@ -67,6 +69,22 @@ class Command(unittest.TestCase):
             self.assertIn(expected, done.stderr)
         self.assertEqual(quality("a.safetensors", "b/a.safetensors").returncode, 2)
         self.assertEqual(quality("--frames", "0").returncode, 2)
+
+
+class Names(unittest.TestCase):
+    def test_what_pictures_follow_from(self):
+        """A network's picture is another one for other weights or another program; a reference is the same."""
+        files = {name: Path(scratch(name)) for name in ("scene.glb", "first", "second", "old", "new")}
+        for name, path in files.items():
+            path.write_text(name)
+            path.chmod(0o755)
+        at = variation(files["scene.glb"], 900000, 8)
+        old, new = (Renderer(Path(scratch("names")), files[program]) for program in ("old", "new"))
+        first, second = (methods.network("n", files[name]).shot(at) for name in ("first", "second"))
+        self.assertEqual(len({old.path(first), old.path(second), new.path(first)}), 3)
+        truth = methods.references(at, 4)
+        self.assertEqual([old.path(shot) for shot in truth], [new.path(shot) for shot in truth])
+        self.assertEqual(len({old.path(shot) for shot in (*truth, *methods.references(at, 8))}), 4)
 
 
 class Figures(unittest.TestCase):
