@@ -14,7 +14,9 @@ HAS_TORCH = subprocess.run(["/usr/bin/python3", "-c", "import torch"], capture_o
 
 
 def ablations(*arguments):
-    return subprocess.run([os.path.join(ROOT, "tools/eval/ablations"), *arguments], capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [os.path.join(ROOT, "tools/eval/ablations"), *arguments], capture_output=True, text=True, check=False
+    )
 
 
 class Ablations(unittest.TestCase):
@@ -40,10 +42,24 @@ class Ablations(unittest.TestCase):
     def test_trained_and_judged(self):
         for folder in (OUT, DATA):
             shutil.rmtree(folder, ignore_errors=True)
-        subprocess.run([os.environ["LIGHTFORMER"], "dataset", os.path.join(ROOT, "content/chess/chess.glb"), "-o", DATA,
-                        *"--count 4 --size 64 --crop 32 --spp 1 --shard 16".split()], check=True, capture_output=True)
-        command = (DATA, *"--steps 2 --presets structured-small --only mirror --frames 1 --size 32 --spp 2".split(),
-                   "--out", str(OUT))
+        subprocess.run(
+            [
+                os.environ["LIGHTFORMER"],
+                "dataset",
+                os.path.join(ROOT, "content/chess/chess.glb"),
+                "-o",
+                DATA,
+                *"--count 4 --size 64 --crop 32 --spp 1 --shard 16".split(),
+            ],
+            check=True,
+            capture_output=True,
+        )
+        command = (
+            DATA,
+            *"--steps 2 --presets structured-small --only mirror --frames 1 --size 32 --spp 2".split(),
+            "--out",
+            str(OUT),
+        )
         first = ablations(*command)
         self.assertEqual(first.returncode, 0, first.stderr)
         result = json.loads((OUT / "quality.json").read_text())

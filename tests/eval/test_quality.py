@@ -20,7 +20,9 @@ TINY = ("--frames", "2", "--size", "48", "--spp", "4", "--out", str(OUT))
 
 
 def quality(*arguments):
-    return subprocess.run([os.path.join(ROOT, "tools/eval/quality"), *arguments], capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [os.path.join(ROOT, "tools/eval/quality"), *arguments], capture_output=True, text=True, check=False
+    )
 
 
 class Command(unittest.TestCase):
@@ -33,8 +35,9 @@ class Command(unittest.TestCase):
 
     def test_rows(self):
         methods = self.result["frames"]["methods"]
-        self.assertEqual(list(methods), ["raster", "paths 1 spp", "paths 8 spp", "paths 1 spp + OIDN",
-                                         "paths 1 spp + OIDN fast"])
+        self.assertEqual(
+            list(methods), ["raster", "paths 1 spp", "paths 8 spp", "paths 1 spp + OIDN", "paths 1 spp + OIDN fast"]
+        )
         rse = {name: method["figures"]["rse"]["mean"] for name, method in methods.items()}
         self.assertLess(rse["paths 8 spp"], rse["paths 1 spp"])
         self.assertLess(rse["paths 1 spp + OIDN"], rse["paths 1 spp"])
@@ -60,10 +63,12 @@ class Command(unittest.TestCase):
         self.assertEqual(changed, [lost])
 
     def test_refused(self):
-        for expected, *arguments in (("no/such.glb", "--scene", "no/such.glb"),
-                                     ("lightformer render content/LICENSES.md", "--scene", "content/LICENSES.md", "--parts", "frames"),
-                                     ("no such program", "--program", "/none"),
-                                     ("none.safetensors", "none.safetensors", "--parts", "frames")):
+        for expected, *arguments in (
+            ("no/such.glb", "--scene", "no/such.glb"),
+            ("lightformer render content/LICENSES.md", "--scene", "content/LICENSES.md", "--parts", "frames"),
+            ("no such program", "--program", "/none"),
+            ("none.safetensors", "none.safetensors", "--parts", "frames"),
+        ):
             done = quality(*TINY, *arguments)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
             self.assertIn(expected, done.stderr)
@@ -124,7 +129,9 @@ class Denoiser(unittest.TestCase):
         clean = np.full((64, 64, 3), 0.2)
         clean[:, 32:] = 3
         surface = np.where(clean > 1, 0.9, 0.3)
-        path = write_exr("guides.exr", beauty=clean, albedo=np.zeros_like(clean), specular=surface, normal=np.ones_like(clean))
+        path = write_exr(
+            "guides.exr", beauty=clean, albedo=np.zeros_like(clean), specular=surface, normal=np.ones_like(clean)
+        )
         guide = guides(path)
         np.testing.assert_allclose(guide["albedo"], surface, atol=1e-6)
         noisy = clean * np.random.default_rng(1).exponential(1, clean.shape)
@@ -142,8 +149,9 @@ class Flicker(unittest.TestCase):
         for n in range(4):
             for name, error in names.items():
                 noise = rng.uniform(-error, error, base.shape) if name == "noisy" else error
-                files[name].append(write_exr(f"{name}{n}.exr", beauty=base * (1 + 0.1 * n) + noise, motion__X=still,
-                                             motion__Y=still))
+                files[name].append(
+                    write_exr(f"{name}{n}.exr", beauty=base * (1 + 0.1 * n) + noise, motion__X=still, motion__Y=still)
+                )
         truth, steady, noisy = (sequence.of_pictures(files[name], files["truth"]) for name in names)
         self.assertAlmostEqual(steady["change"]["mean"], truth["change"]["mean"], places=5)
         self.assertAlmostEqual(steady["temporal_error"]["mean"], 0, places=5)

@@ -19,21 +19,37 @@ from evaluation.pictures import load
 from study import tables
 
 OUT = Path(scratch("out"))
-BENCH = {"scene": "chess.glb", "device": "none", "width": 32, "height": 32, "frames": 1, "frame_ms": {"median": 5.0},
-         "passes": [{"name": "gather", "cpu_ms": 1.25, "gpu_ms": 0}], "memory_mib": 100.0, "ratios": {"gather": 0.4321}}
+BENCH = {
+    "scene": "chess.glb",
+    "device": "none",
+    "width": 32,
+    "height": 32,
+    "frames": 1,
+    "frame_ms": {"median": 5.0},
+    "passes": [{"name": "gather", "cpu_ms": 1.25, "gpu_ms": 0}],
+    "memory_mib": 100.0,
+    "ratios": {"gather": 0.4321},
+}
 CHOOSE = SET + "\nreturn new Promise(done => setTimeout(done, 300))"
 
 
 def run(command, *arguments):
-    return subprocess.run([os.path.join(ROOT, "tools/eval", command), *arguments], capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [os.path.join(ROOT, "tools/eval", command), *arguments], capture_output=True, text=True, check=False
+    )
 
 
 class Report(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         shutil.rmtree(OUT, ignore_errors=True)
-        done = run("quality", *"--parts frames temporal unseen --frames 2 --size 32 --spp 2 --unseen-frames 1 --moving-frames 2 "
-                   "--moving-size 24 --moving-spp 2 --unseen content/unseen/wall.glb".split(), "--out", str(OUT))
+        done = run(
+            "quality",
+            *"--parts frames temporal unseen --frames 2 --size 32 --spp 2 --unseen-frames 1 --moving-frames 2 "
+            "--moving-size 24 --moving-spp 2 --unseen content/unseen/wall.glb".split(),
+            "--out",
+            str(OUT),
+        )
         assert done.returncode == 0, done.stderr
         (OUT / "bench.json").write_text(json.dumps(BENCH))
         done = run("report", str(OUT), "--bench", str(OUT / "bench.json"), "--show", "1")
@@ -60,13 +76,17 @@ class Report(unittest.TestCase):
         self.browser.run(CHOOSE, "choice-a", name)
         self.browser.run(CHOOSE, "choice-b", other)
         found = self.study["frames"]["methods"][name]["frames"][0]
-        self.assertEqual(self.browser.run("return document.querySelector('#figure-rse td').textContent"), f"{found['rse']:.5f}")
+        self.assertEqual(
+            self.browser.run("return document.querySelector('#figure-rse td').textContent"), f"{found['rse']:.5f}"
+        )
         for key, method in (("a", name), ("b", other)):
             pixels = load(self.study["frames"]["methods"][method]["frames"][0]["picture"]).pixels
             values = self.browser.run(f"return [...layers.{key}.values]")
             np.testing.assert_allclose(values, np.float64(pixels).ravel(), rtol=2**-8, atol=1e-4)
-        left, top, width, height = self.browser.run("const b = document.querySelector('.pane').getBoundingClientRect();"
-                                                    " return [b.left, b.top, b.width, b.height]")
+        left, top, width, height = self.browser.run(
+            "const b = document.querySelector('.pane').getBoundingClientRect();"
+            " return [b.left, b.top, b.width, b.height]"
+        )
         middle = load(self.study["frames"]["methods"][other]["frames"][0]["picture"]).pixels[16, 20]
         zoom = self.browser.run("return zoomOf(panes[0])")
         place = left + width / 2 + 4.5 * zoom, top + height / 2 + 0.5 * zoom
@@ -105,37 +125,55 @@ class Refused(unittest.TestCase):
 class Summary(unittest.TestCase):
     @staticmethod
     def method(rse, flip, **more):
-        figures = {key: {"mean": value, "half": None} for key, value in (("rse", rse), ("hdr_flip", flip), ("mean_ratio", 1))}
+        figures = {
+            key: {"mean": value, "half": None} for key, value in (("rse", rse), ("hdr_flip", flip), ("mean_ratio", 1))
+        }
         return {"spp": 0, "denoiser": None, "figures": figures, "frames": [{"rse": rse}]} | more
 
     def test_goals(self):
         """Rivals are the paths that fit into our time, and what is denoised; a goal is reached up to its value."""
-        methods = {"ours": self.method(0.05, 0.2), "raster": self.method(1, 1), "paths 1 spp": self.method(1, 1, spp=1),
-                   "paths 2 spp": self.method(0.1, 0.1, spp=2),
-                   "paths 1 spp + OIDN": self.method(0.04, 0.4, spp=1, denoiser="high")}
-        result = {"settings": {"networks": {"ours": "0"}, "scene": "chess"}, "frames": {"methods": methods},
-                  "time": {"sample": 10, "frame:ours": 29},
-                  "unseen": {"wall": {"methods": {"ours": self.method(0.2, 0.1)}}}}
+        methods = {
+            "ours": self.method(0.05, 0.2),
+            "raster": self.method(1, 1),
+            "paths 1 spp": self.method(1, 1, spp=1),
+            "paths 2 spp": self.method(0.1, 0.1, spp=2),
+            "paths 1 spp + OIDN": self.method(0.04, 0.4, spp=1, denoiser="high"),
+        }
+        result = {
+            "settings": {"networks": {"ours": "0"}, "scene": "chess"},
+            "frames": {"methods": methods},
+            "time": {"sample": 10, "frame:ours": 29},
+            "unseen": {"wall": {"methods": {"ours": self.method(0.2, 0.1)}}},
+        }
         found = {row[0]: row[1:] for row in tables.summary(result)[0].rows}
-        self.assertEqual(found, {
-            "RSE": ["0.0500", "0.05", "reached"], "HDR-FLIP": ["0.2000", "0.12", "missed"],
-            "RSE over that of paths 2 spp": ["0.500", "1", "reached"],
-            "RSE over that of paths 1 spp + OIDN": ["1.250", "1", "missed"],
-            "HDR-FLIP over that of paths 2 spp": ["2.000", "1", "missed"],
-            "HDR-FLIP over that of paths 1 spp + OIDN": ["0.500", "1", "reached"],
-            "RSE on wall over that on chess": ["4.00", "2", "missed"]})
+        self.assertEqual(
+            found,
+            {
+                "RSE": ["0.0500", "0.05", "reached"],
+                "HDR-FLIP": ["0.2000", "0.12", "missed"],
+                "RSE over that of paths 2 spp": ["0.500", "1", "reached"],
+                "RSE over that of paths 1 spp + OIDN": ["1.250", "1", "missed"],
+                "HDR-FLIP over that of paths 2 spp": ["2.000", "1", "missed"],
+                "HDR-FLIP over that of paths 1 spp + OIDN": ["0.500", "1", "reached"],
+                "RSE on wall over that on chess": ["4.00", "2", "missed"],
+            },
+        )
 
     def test_ablations(self):
         """Each is beside the whole network of its own family."""
-        methods = {"a": self.method(0.1, 0), "a-without-x": self.method(0.2, 0), "b": self.method(0.5, 0),
-                   "b-without-x": self.method(0.5, 0)}
+        methods = {
+            "a": self.method(0.1, 0),
+            "a-without-x": self.method(0.2, 0),
+            "b": self.method(0.5, 0),
+            "b-without-x": self.method(0.5, 0),
+        }
         result = {"settings": {"frames": 1, "size": 1}, "frames": {"methods": methods}}
         self.assertEqual([row[2] for row in tables.of_ablations(result)[0].rows], ["1.00", "2.00", "1.00", "1.00"])
 
 
 class Packing(unittest.TestCase):
     def test_fewer_bits(self):
-        """Seven bits of mantissa: within half of 2^-7; what is not a number stays so, what is too large stays finite."""
+        """Seven bits of mantissa: within half of 2^-7; no number stays none, what is too large stays finite."""
         values = np.array([0.0, 1.0, -1.0, 0.1, 3.14159, 65504.0, 1e9, -1e9, np.nan, 2e-7, 1000.3])
         read = np.frombuffer(zlib.decompress(base64.b64decode(_pack(values, 7))), "<f2").astype(float)
         np.testing.assert_allclose(read[:5], values[:5], rtol=2**-8)

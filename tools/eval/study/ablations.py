@@ -38,15 +38,23 @@ class Ablation:
 def parse(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
     """The command line: our options, and those of tools/eval/quality."""
     parser = argparse.ArgumentParser(
-        prog="tools/eval/ablations", description="Trains networks with one part left out each, and judges them. All other "
-        "options are those of tools/eval/quality. Networks, logs and the result are written to --out.")
+        prog="tools/eval/ablations",
+        description="Trains networks with one part left out each, and judges them. All other "
+        "options are those of tools/eval/quality. Networks, logs and the result are written to --out.",
+    )
     add = parser.add_argument
     add("data", nargs="+", type=Path, metavar="DATA", help="folder of a data set; before all options")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--minutes", default="10", metavar="M", help="of each training (default 10)")
     length.add_argument("--steps", metavar="N", help="instead of minutes")
-    add("--presets", nargs="+", choices=families.PRESETS, default=["structured-small", "paper-small"], metavar="PRESET",
-        help="families at their widths (default: structured-small paper-small)")
+    add(
+        "--presets",
+        nargs="+",
+        choices=families.PRESETS,
+        default=["structured-small", "paper-small"],
+        metavar="PRESET",
+        help="families at their widths (default: structured-small paper-small)",
+    )
     add("--only", nargs="+", metavar="PART", help="leave out only these; none: no part")
     add("--list", action="store_true", help="print the names of the networks and do nothing")
     add("--out", type=Path, default=ROOT / "out/ablations", metavar="DIR", help="default out/ablations")
@@ -55,8 +63,12 @@ def parse(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
 
 def choose(presets: list[str], only: list[str] | None) -> list[Ablation]:
     """Each preset whole and without each of its parts."""
-    return [Ablation(preset, part) for preset in presets for part in ("", *families.parts(preset))
-            if not part or only is None or part in only]
+    return [
+        Ablation(preset, part)
+        for preset in presets
+        for part in ("", *families.parts(preset))
+        if not part or only is None or part in only
+    ]
 
 
 def file_of(ablation: Ablation, options: argparse.Namespace) -> Path:

@@ -85,12 +85,14 @@ def rse(picture: Path, truth: Truth) -> float:
 
 
 def _component(comparison: Comparison) -> dict[str, float]:
-    return {"rse": float(metrics.rse_map(comparison).mean()),
-            "mean_ratio": float(comparison.a.pixels.mean() / comparison.mean)}
+    return {
+        "rse": float(metrics.rse_map(comparison).mean()),
+        "mean_ratio": float(comparison.a.pixels.mean() / comparison.mean),
+    }
 
 
 def summarize(values: list[float | None]) -> dict[str, float | None] | None:
-    """Mean over frames, and half the width of its confidence interval (Student's t); None if no frame has the figure."""
+    """Mean over frames and half the width of its confidence interval (Student's t); None if no frame has one."""
     known = np.array([value for value in values if value is not None])
     if not known.size:
         return None
@@ -105,11 +107,19 @@ def summarize_frames(frames: list[dict]) -> dict:
     if not frames:
         raise BadInput("no frames")
     first = frames[0]
-    return {key: _summarize_layers([frame[key] for frame in frames]) if key == "layers"
+    return {
+        key: (
+            _summarize_layers([frame[key] for frame in frames])
+            if key == "layers"
             else summarize([frame[key] for frame in frames])
-            for key in first if key not in ("seed", "picture")}
+        )
+        for key in first
+        if key not in ("seed", "picture")
+    }
 
 
 def _summarize_layers(frames: list[dict]) -> dict:
-    return {layer: {key: summarize([frame[layer][key] for frame in frames]) for key in figures}
-            for layer, figures in frames[0].items()}
+    return {
+        layer: {key: summarize([frame[layer][key] for frame in frames]) for key in figures}
+        for layer, figures in frames[0].items()
+    }

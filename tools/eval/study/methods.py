@@ -97,5 +97,7 @@ def write(path: Path, pixels: np.ndarray) -> None:
     """An OpenEXR file with R, G, B; whole or not there."""
     channels = {name: np.ascontiguousarray(pixels[..., i], np.float32) for i, name in enumerate("RGB")}
     unfinished = path.with_suffix(".tmp")
-    OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, channels).write(str(unfinished))
+    OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, channels).write(
+        str(unfinished)
+    )
     unfinished.replace(path)

@@ -30,11 +30,13 @@ MOST_PATHS = 256  # samples a pixel, in the search for the error of the first ne
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(
-        prog="tools/eval/quality", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Judges networks, the rasterizer, path tracing and Open Image Denoise on test frames, each beside two\n"
-        "independent path-traced references. Pictures are kept in DIR/pictures and made only once; a study that was\n"
-        "interrupted goes on. Writes DIR/quality.json and prints tables.",
-        epilog="parts:\n" + "\n".join(f"  {name:10} {what}" for name, what in PARTS.items()))
+        prog="tools/eval/quality",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Judges networks, the rasterizer, path tracing and Open Image Denoise on test frames,\n"
+        "each beside two independent path-traced references. Pictures are kept in DIR/pictures and made only once; a\n"
+        "study that was interrupted goes on. Writes DIR/quality.json and prints tables.",
+        epilog="parts:\n" + "\n".join(f"  {name:10} {what}" for name, what in PARTS.items()),
+    )
     add = parser.add_argument
     add("weights", nargs="*", type=_named, metavar="[NAME=]WEIGHTS", help="networks; the first is ours")
     add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE")
@@ -43,8 +45,14 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     add("--size", type=_positive, default=512, metavar="N", help="pixels a side (default 512)")
     add("--spp", type=_positive, default=512, metavar="N", help="of each of the two references (default 512)")
     add("--paths", type=_positive, nargs="*", default=[], metavar="N", help="also judge path tracing with so many spp")
-    add("--unseen", type=Path, nargs="*", default=sorted(ROOT.glob("content/unseen/*.glb")), metavar="FILE",
-        help="scenes with something that no training showed (default: content/unseen)")
+    add(
+        "--unseen",
+        type=Path,
+        nargs="*",
+        default=sorted(ROOT.glob("content/unseen/*.glb")),
+        metavar="FILE",
+        help="scenes with something that no training showed (default: content/unseen)",
+    )
     add("--unseen-frames", type=_positive, default=5, metavar="N", help="test frames of each (default 5)")
     add("--moving", type=Path, default=ROOT / "content/chess/flight.glb", metavar="FILE", help="scene of the sequence")
     add("--moving-frames", type=_positive, default=30, metavar="N", help="of the sequence (default 30)")
@@ -87,9 +95,15 @@ class Study:
     def _begin(self) -> dict:
         """What an earlier run with these settings found, or nothing yet."""
         o = self.options
-        settings = {"scene": o.scene.stem, "scene_hash": digest(o.scene), "frames": o.frames, "seeds": o.seeds,
-                    "size": o.size, "spp": o.spp,
-                    "networks": {method.name: digest(method.weights) for method in self.networks}}
+        settings = {
+            "scene": o.scene.stem,
+            "scene_hash": digest(o.scene),
+            "frames": o.frames,
+            "seeds": o.seeds,
+            "size": o.size,
+            "spp": o.spp,
+            "networks": {method.name: digest(method.weights) for method in self.networks},
+        }
         fresh = {"settings": settings, "command": self.command, "machine": machine()}
         try:
             earlier = json.loads((o.out / RESULT).read_text(encoding="utf-8"))
@@ -100,8 +114,12 @@ class Study:
     def run(self) -> None:
         """Every part that was asked for; the result is written after each."""
         parts: dict[str, Callable[[], dict | None]] = {
-            "time": self._time, "frames": self._frames, "oidn": self._oidn, "temporal": self._temporal,
-            "unseen": self._unseen}
+            "time": self._time,
+            "frames": self._frames,
+            "oidn": self._oidn,
+            "temporal": self._temporal,
+            "unseen": self._unseen,
+        }
         for name, part in parts.items():
             if name not in self.options.parts:
                 continue
@@ -126,7 +144,11 @@ class Study:
 
     def _frames(self) -> dict:
         o = self.options
-        others = [methods.raster(), *self._paths(), *(methods.denoised(1, quality) for quality in methods.OIDN_QUALITIES)]
+        others = [
+            methods.raster(),
+            *self._paths(),
+            *(methods.denoised(1, quality) for quality in methods.OIDN_QUALITIES),
+        ]
         judged = self.networks if o.only_networks else [*self.networks, *others]
         return self._judge(o.scene, o.frames, o.size, o.spp, judged)
 
@@ -151,16 +173,27 @@ class Study:
                 picture = methods.make(self.renderer, method, at, truth.first)
                 rows[method.name].append({"picture": str(picture)} | figures.judge(picture, truth, method.layers))
             print(f"{scene.stem} {seed}: {_progress(rows)}", file=sys.stderr, flush=True)
-        return {"scene": scene.stem, "spp": spp, "frames": shown, "reference_noise": figures.summarize(noise),
-                "methods": {method.name: {"spp": method.spp, "denoiser": method.denoiser, "frames": rows[method.name],
-                                          "figures": figures.summarize_frames(rows[method.name])}
-                            for method in judged}}
+        return {
+            "scene": scene.stem,
+            "spp": spp,
+            "frames": shown,
+            "reference_noise": figures.summarize(noise),
+            "methods": {
+                method.name: {
+                    "spp": method.spp,
+                    "denoiser": method.denoiser,
+                    "frames": rows[method.name],
+                    "figures": figures.summarize_frames(rows[method.name]),
+                }
+                for method in judged
+            },
+        }
 
     def _truth(self, at: Shot, spp: int) -> Truth:
         return Truth(*(self.renderer.picture(shot) for shot in methods.references(at, spp)))
 
     def _oidn(self) -> dict | None:
-        """Error of path tracing and denoising with 1, 2, 4, ... samples a pixel, until it is that of the first network."""
+        """Error of path tracing and denoising with 1, 2, 4, ... samples, until it is that of the first network."""
         if not self.networks or not {"time", "frames"} <= self.result.keys():
             return None
         ours = self.networks[0].name
@@ -177,8 +210,9 @@ class Study:
                 at = variation(self.options.scene, seed, self.options.size)
                 truth = self._truth(at, self.options.spp)
                 found.append(figures.rse(methods.make(self.renderer, method, at, truth.first), truth))
-            steps.append({"spp": spp, "ms": timing.of_paths(self.result["time"], spp, quality),
-                          "rse": figures.summarize(found)})
+            steps.append(
+                {"spp": spp, "ms": timing.of_paths(self.result["time"], spp, quality), "rse": figures.summarize(found)}
+            )
             spp *= 2
         return steps
 
@@ -189,8 +223,10 @@ class Study:
 
     def _unseen(self) -> dict:
         o = self.options
-        return {scene.stem: self._judge(scene, o.unseen_frames, o.size, o.spp, [*self.networks, methods.raster()])
-                for scene in o.unseen}
+        return {
+            scene.stem: self._judge(scene, o.unseen_frames, o.size, o.spp, [*self.networks, methods.raster()])
+            for scene in o.unseen
+        }
 
 
 def _progress(rows: dict[str, list[dict]]) -> str:
@@ -202,8 +238,12 @@ def machine() -> dict[str, object]:
     with open("/proc/cpuinfo", encoding="ascii") as file:
         models = [line.partition(":")[2].strip() for line in file if line.startswith("model name")]
     gigabytes = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
-    return {"cpu": models[0] if models else platform.machine(), "threads": len(os.sched_getaffinity(0)),
-            "memory_gib": round(gigabytes), "system": f"{platform.system()} {platform.release()}"}
+    return {
+        "cpu": models[0] if models else platform.machine(),
+        "threads": len(os.sched_getaffinity(0)),
+        "memory_gib": round(gigabytes),
+        "system": f"{platform.system()} {platform.release()}",
+    }
 
 
 def main() -> int:

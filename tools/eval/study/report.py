@@ -23,14 +23,33 @@ TITLE = "LightFormer: quality"
 
 def parse() -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(prog="tools/eval/report", description="Makes one HTML file of what tools/eval/quality "
-                                     "found, with its pictures inside.")
+    parser = argparse.ArgumentParser(
+        prog="tools/eval/report",
+        description="Makes one HTML file of what tools/eval/quality " "found, with its pictures inside.",
+    )
     add = parser.add_argument
-    add("study", type=Path, nargs="?", default=ROOT / "out/quality", metavar="DIR",
-        help="of tools/eval/quality (default out/quality)")
-    add("--ablations", type=Path, metavar="DIR", help="of tools/eval/ablations (default: ablations beside DIR, if there)")
+    add(
+        "study",
+        type=Path,
+        nargs="?",
+        default=ROOT / "out/quality",
+        metavar="DIR",
+        help="of tools/eval/quality (default out/quality)",
+    )
+    add(
+        "--ablations",
+        type=Path,
+        metavar="DIR",
+        help="of tools/eval/ablations (default: ablations beside DIR, if there)",
+    )
     add("--bench", type=Path, nargs="*", default=[], metavar="FILE", help="what `lightformer bench --json` printed")
-    add("--show", type=int, default=2, metavar="N", help="test frames with pictures (default 2); one of each other scene")
+    add(
+        "--show",
+        type=int,
+        default=2,
+        metavar="N",
+        help="test frames with pictures (default 2); one of each other scene",
+    )
     add("-o", "--output", type=Path, metavar="FILE", help="default DIR/report.html")
     return parser.parse_args()
 
@@ -47,6 +66,7 @@ def read(path: Path) -> dict:
 
 # ---- pictures
 
+
 def frames(result: dict, count: int) -> list[dict]:
     """What the viewer shows: test frames, one of each unseen scene, the last one of the sequence."""
     shown = _of_scene(result["frames"], count) if "frames" in result else []
@@ -58,9 +78,15 @@ def frames(result: dict, count: int) -> list[dict]:
 
 
 def _of_scene(part: dict, count: int) -> list[dict]:
-    return [_frame(f"{part['scene']} {about['seed']}", f"reference, 2 x {part['spp']} spp", Truth(*map(Path, about["references"])),
-                   {name: method["frames"][i] for name, method in part["methods"].items()})
-            for i, about in enumerate(part["frames"][:count])]
+    return [
+        _frame(
+            f"{part['scene']} {about['seed']}",
+            f"reference, 2 x {part['spp']} spp",
+            Truth(*map(Path, about["references"])),
+            {name: method["frames"][i] for name, method in part["methods"].items()},
+        )
+        for i, about in enumerate(part["frames"][:count])
+    ]
 
 
 def _frame(name: str, reference: str, truth: Truth, methods: dict[str, dict]) -> dict:
@@ -73,12 +99,16 @@ def _picture(name: str, comparison: Comparison, values: dict) -> page.Shown:
 
 
 def _of_sequence(part: dict) -> dict:
-    pictures = [_picture(name, prepare(load(method["picture"]), load(method["reference"])), {})
-                for name, method in part["methods"].items() if name != "reference"]
+    pictures = [
+        _picture(name, prepare(load(method["picture"]), load(method["reference"])), {})
+        for name, method in part["methods"].items()
+        if name != "reference"
+    ]
     return page.frame(f"{part['scene']}, moving", f"reference, {part['spp']} spp", pictures, MANTISSA)
 
 
 # ---- text
+
 
 def sections(study: dict, ablations: dict | None, benches: list[tuple[str, dict]]) -> str:
     """All that is below the pictures."""
@@ -88,15 +118,20 @@ def sections(study: dict, ablations: dict | None, benches: list[tuple[str, dict]
     for name, bench in benches:
         found += tables.of_bench(name, bench)
     commands = [study["command"], *([ablations["command"]] if ablations else []), "tools/eval/report"]
-    return "\n".join(["<article>", *map(tables.markup, found), tables.markup(_machine(study)), _commands(commands), "</article>"])
+    return "\n".join(
+        ["<article>", *map(tables.markup, found), tables.markup(_machine(study)), _commands(commands), "</article>"]
+    )
 
 
 def _machine(study: dict) -> Table:
     machine, settings = study["machine"], study["settings"]
-    rows = [["processor", f"{machine['cpu']}, {machine['threads']} threads"],
-            ["memory", f"{machine['memory_gib']} GiB"], ["system", machine["system"]],
-            ["scene", f"{settings['scene']}, {settings['scene_hash']}"],
-            *([f"network {name}", key] for name, key in settings["networks"].items())]
+    rows = [
+        ["processor", f"{machine['cpu']}, {machine['threads']} threads"],
+        ["memory", f"{machine['memory_gib']} GiB"],
+        ["system", machine["system"]],
+        ["scene", f"{settings['scene']}, {settings['scene_hash']}"],
+        *([f"network {name}", key] for name, key in settings["networks"].items()),
+    ]
     return Table("Machine and files", "Files by the first 64 bits of their SHA-256.", ["", ""], rows)
 
 

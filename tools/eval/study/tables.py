@@ -28,20 +28,25 @@ def text(tables: list[Table]) -> str:
 def _text(table: Table) -> str:
     lines = [table.head, *table.rows]
     widths = [max(len(line[i]) for line in lines) for i in range(len(table.head))]
-    shown = ["  ".join(cell.rjust(width) if i else cell.ljust(width) for i, (cell, width) in enumerate(zip(line, widths)))
-             for line in lines]
+    shown = [
+        "  ".join(cell.rjust(width) if i else cell.ljust(width) for i, (cell, width) in enumerate(zip(line, widths)))
+        for line in lines
+    ]
     return "\n".join([table.title, *(line.rstrip() for line in shown), table.note])
 
 
 def markup(table: Table) -> str:
     """For a page."""
+
     def row(cells: list[str], tag: str) -> str:
         first, *others = (html.escape(cell) for cell in cells)
         return f'<tr><th scope="row">{first}</th>' + "".join(f"<{tag}>{cell}</{tag}>" for cell in others) + "</tr>"
 
     body = "\n".join(row(cells, "td") for cells in table.rows)
-    return (f"<section><h2>{html.escape(table.title)}</h2>\n<table>\n<thead>{row(table.head, 'th')}</thead>\n"
-            f"<tbody>\n{body}\n</tbody>\n</table>\n<p>{html.escape(table.note)}</p></section>")
+    return (
+        f"<section><h2>{html.escape(table.title)}</h2>\n<table>\n<thead>{row(table.head, 'th')}</thead>\n"
+        f"<tbody>\n{body}\n</tbody>\n</table>\n<p>{html.escape(table.note)}</p></section>"
+    )
 
 
 def number(summary: dict | None, digits: str) -> str:
@@ -54,15 +59,28 @@ def number(summary: dict | None, digits: str) -> str:
 
 # ---- parts of the result of tools/eval/quality
 
+
 def _time(result: dict) -> list[Table]:
     times, settings = result["time"], result["settings"]
     rows = [["a sample a pixel of path tracing", f"{times['sample']:.1f}"]]
-    rows += [[f"a frame, {key.partition(':')[2]}", f"{ms:.1f}"] for key, ms in times.items() if key.startswith("frame:")]
-    rows += [[f"Open Image Denoise, {key.partition(':')[2]}", f"{ms:.1f}"]
-             for key, ms in times.items() if key.startswith("oidn:")]
-    return [Table(f"Time at {times['size']} x {times['size']}", "Frames in which everything is redone, and samples in turns "
-                  f"with them. The {settings['frames']} test frames' references take {_hours(times, settings):.1f} hours. "
-                  f"{result['machine']['cpu']}, {result['machine']['threads']} threads.", ["what", "ms"], rows)]
+    rows += [
+        [f"a frame, {key.partition(':')[2]}", f"{ms:.1f}"] for key, ms in times.items() if key.startswith("frame:")
+    ]
+    rows += [
+        [f"Open Image Denoise, {key.partition(':')[2]}", f"{ms:.1f}"]
+        for key, ms in times.items()
+        if key.startswith("oidn:")
+    ]
+    return [
+        Table(
+            f"Time at {times['size']} x {times['size']}",
+            "Frames in which everything is redone, and samples in turns "
+            f"with them. The {settings['frames']} test frames' references take {_hours(times, settings):.1f} hours. "
+            f"{result['machine']['cpu']}, {result['machine']['threads']} threads.",
+            ["what", "ms"],
+            rows,
+        )
+    ]
 
 
 def _hours(times: dict, settings: dict) -> float:
@@ -83,23 +101,39 @@ def _frames(result: dict) -> list[Table]:
     part = result["frames"]
     methods, count = part["methods"], len(part["frames"])
     noise = number(part["reference_noise"], "{:.5f}")
-    whole = [[name, _milliseconds(result, name, method),
-              *(number(method["figures"][key], digits) for key, _, digits in WHOLE)] for name, method in methods.items()]
+    whole = [
+        [
+            name,
+            _milliseconds(result, name, method),
+            *(number(method["figures"][key], digits) for key, _, digits in WHOLE),
+        ]
+        for name, method in methods.items()
+    ]
     settings = result["settings"]
     return [
-        Table(f"Quality on {count} test frames of {part['scene']}, {settings['size']} x {settings['size']}",
-              f"Means over frames, with 95 % confidence intervals. RSE by two references of {part['spp']} spp each, one of "
-              f"which alone has an RSE of {noise}.",
-              ["method", "ms", *(name for _, name, _ in WHOLE)], whole),
+        Table(
+            f"Quality on {count} test frames of {part['scene']}, {settings['size']} x {settings['size']}",
+            f"Means over frames, 95 % confidence intervals. RSE by two references of {part['spp']} spp each, one of "
+            f"which alone has an RSE of {noise}.",
+            ["method", "ms", *(name for _, name, _ in WHOLE)],
+            whole,
+        ),
         *(_components(methods, key, title) for key, title in (("rse", "RSE"), ("mean_ratio", "Mean ratio"))),
     ]
 
 
 def _components(methods: dict, key: str, title: str) -> Table:
-    rows = [[name, *(number(_component(method["figures"], layer, key), "{:.4f}") for layer in COMPONENTS)]
-            for name, method in methods.items() if method["figures"]["layers"]]
-    return Table(f"{title} of components", "T_l: direct light without shadows, T_d: with them, T_i: all other light.",
-                 ["method", *COMPONENTS.values()], rows)
+    rows = [
+        [name, *(number(_component(method["figures"], layer, key), "{:.4f}") for layer in COMPONENTS)]
+        for name, method in methods.items()
+        if method["figures"]["layers"]
+    ]
+    return Table(
+        f"{title} of components",
+        "T_l: direct light without shadows, T_d: with them, T_i: all other light.",
+        ["method", *COMPONENTS.values()],
+        rows,
+    )
 
 
 def _component(figures: dict, layer: str, key: str) -> dict | None:
@@ -110,25 +144,45 @@ def _oidn(result: dict) -> list[Table]:
     part = result["oidn"]
     rows, found = [], []
     for quality, steps in part["steps"].items():
-        rows += [[f"{step['spp']} spp + OIDN {quality}", f"{step['ms']:.0f}", f"{step['ms'] / part['ms']:.2f}",
-                  number(step["rse"], "{:.5f}")] for step in steps]
+        rows += [
+            [
+                f"{step['spp']} spp + OIDN {quality}",
+                f"{step['ms']:.0f}",
+                f"{step['ms'] / part['ms']:.2f}",
+                number(step["rse"], "{:.5f}"),
+            ]
+            for step in steps
+        ]
         last = steps[-1]
         reached = last["rse"]["mean"] <= part["rse"]
-        found.append(f"{quality}: {'' if reached else 'more than '}{last['ms'] / part['ms']:.1f} times")
-    return [Table(f"Path tracing and Open Image Denoise until they reach {part['network']}",
-                  f"{part['network']}: {part['ms']:.0f} ms, RSE {part['rse']:.5f}. Time for its error, {'; '.join(found)} its "
-                  "time.", ["method", "ms", f"times {part['network']}", "RSE"], rows)]
+        found.append(f"{quality} {'' if reached else 'more than '}{last['ms'] / part['ms']:.1f}")
+    return [
+        Table(
+            f"Path tracing and Open Image Denoise until they reach {part['network']}",
+            f"{part['network']}: {part['ms']:.0f} ms, RSE {part['rse']:.5f}. Times as long for its error: "
+            f"{'; '.join(found)}.",
+            ["method", "ms", f"times {part['network']}", "RSE"],
+            rows,
+        )
+    ]
 
 
 def _temporal(result: dict) -> list[Table]:
     part = result["temporal"]
-    rows = [[name, number(method["change"], "{:.4f}"), f"{method['ratio']:.3f}", number(method["temporal_error"], "{:.4f}")]
-            for name, method in part["methods"].items()]
-    return [Table(f"Flicker over {part['frames']} frames of {part['scene']}, {part['size']} x {part['size']}",
-                  "Change: mean |X_t - warp(X_(t-1))| over the reference's mean; ratio: to that of the reference, "
-                  f"{part['spp']} spp. Temporal error: the same of what differs from the reference; the second reference "
-                  "shows how much of it is noise.",
-                  ["method", "change", "ratio", "temporal error"], rows)]
+    rows = [
+        [name, number(method["change"], "{:.4f}"), f"{method['ratio']:.3f}", number(method["temporal_error"], "{:.4f}")]
+        for name, method in part["methods"].items()
+    ]
+    return [
+        Table(
+            f"Flicker over {part['frames']} frames of {part['scene']}, {part['size']} x {part['size']}",
+            "Change: mean |X_t - warp(X_(t-1))| over the reference's mean; ratio: to that of the reference, "
+            f"{part['spp']} spp. Temporal error: the same of what differs from the reference; the second reference "
+            "shows how much of it is noise.",
+            ["method", "change", "ratio", "temporal error"],
+            rows,
+        )
+    ]
 
 
 def _unseen(result: dict) -> list[Table]:
@@ -136,11 +190,23 @@ def _unseen(result: dict) -> list[Table]:
     rows = []
     for scene, part in parts.items():
         for name, method in part["methods"].items():
-            rows.append([f"{scene}: {name}", number(method["figures"]["rse"], "{:.5f}"),
-                         _times(method["frames"], known[name]["frames"]) if name in known else NOTHING,
-                         number(method["figures"]["hdr_flip"], "{:.4f}"), number(method["figures"]["mean_ratio"], "{:.4f}")])
-    return [Table("Scenes with something that no training showed", "Times: RSE over that of the scene it was trained on, same variations.",
-                  ["scene: method", "RSE", "times", "HDR-FLIP", "mean ratio"], rows)]
+            rows.append(
+                [
+                    f"{scene}: {name}",
+                    number(method["figures"]["rse"], "{:.5f}"),
+                    _times(method["frames"], known[name]["frames"]) if name in known else NOTHING,
+                    number(method["figures"]["hdr_flip"], "{:.4f}"),
+                    number(method["figures"]["mean_ratio"], "{:.4f}"),
+                ]
+            )
+    return [
+        Table(
+            "Scenes with something that no training showed",
+            "Times: RSE over that of the scene it was trained on, same variations.",
+            ["scene: method", "RSE", "times", "HDR-FLIP", "mean ratio"],
+            rows,
+        )
+    ]
 
 
 def _times(unseen: list[dict], known: list[dict]) -> str:
@@ -150,7 +216,12 @@ def _times(unseen: list[dict], known: list[dict]) -> str:
 
 
 PARTS: dict[str, Callable[[dict], list[Table]]] = {
-    "time": _time, "frames": _frames, "oidn": _oidn, "temporal": _temporal, "unseen": _unseen}
+    "time": _time,
+    "frames": _frames,
+    "oidn": _oidn,
+    "temporal": _temporal,
+    "unseen": _unseen,
+}
 
 
 def of_study(result: dict) -> list[Table]:
@@ -160,6 +231,7 @@ def of_study(result: dict) -> list[Table]:
 
 # ---- beside that of a study
 
+
 def summary(result: dict) -> list[Table]:
     """The first network at a glance, with what it should reach."""
     if not result["settings"]["networks"] or "frames" not in result:
@@ -167,15 +239,29 @@ def summary(result: dict) -> list[Table]:
     ours = next(iter(result["settings"]["networks"]))
     rows = _at_a_glance(ours, result["frames"]["methods"])
     for key, figure in (("rse", "RSE"), ("hdr_flip", "HDR-FLIP")):
-        rows += [_goal(f"{figure} over that of {name}", figures[key], 1, "{:.3f}") for name, figures in _rivals(result, ours)]
+        rows += [
+            _goal(f"{figure} over that of {name}", figures[key], 1, "{:.3f}") for name, figures in _rivals(result, ours)
+        ]
     if "temporal" in result:
-        rows.append(_goal("change from frame to frame over that of the reference", result["temporal"]["methods"][ours]["ratio"],
-                          1.1, "{:.3f}"))
+        rows.append(
+            _goal(
+                "change from frame to frame over that of the reference",
+                result["temporal"]["methods"][ours]["ratio"],
+                1.1,
+                "{:.3f}",
+            )
+        )
     for scene, part in result.get("unseen", {}).items():
         times = float(_times(part["methods"][ours]["frames"], result["frames"]["methods"][ours]["frames"]))
         rows.append(_goal(f"RSE on {scene} over that on {result['settings']['scene']}", times, 2, "{:.2f}"))
-    return [Table(f"At a glance: {ours}", "Beside path tracing with as many samples as take the same time, and one sample denoised.",
-                  ["", "measured", "at most", ""], rows)]
+    return [
+        Table(
+            f"At a glance: {ours}",
+            "Beside path tracing with as many samples as take the same time, and one sample denoised.",
+            ["", "measured", "at most", ""],
+            rows,
+        )
+    ]
 
 
 def _goal(what: str, value: float, most: float, digits: str) -> list[str]:
@@ -184,7 +270,10 @@ def _goal(what: str, value: float, most: float, digits: str) -> list[str]:
 
 def _at_a_glance(ours: str, methods: dict) -> list[list[str]]:
     figures = methods[ours]["figures"]
-    return [_goal("RSE", figures["rse"]["mean"], 0.05, "{:.4f}"), _goal("HDR-FLIP", figures["hdr_flip"]["mean"], 0.12, "{:.4f}")]
+    return [
+        _goal("RSE", figures["rse"]["mean"], 0.05, "{:.4f}"),
+        _goal("HDR-FLIP", figures["hdr_flip"]["mean"], 0.12, "{:.4f}"),
+    ]
 
 
 def _rivals(result: dict, ours: str) -> list[tuple[str, dict[str, float]]]:
@@ -194,10 +283,14 @@ def _rivals(result: dict, ours: str) -> list[tuple[str, dict[str, float]]]:
     times = result.get("time")
     if times and f"frame:{ours}" in times:
         fitting = timing.paths_that_fit(times, timing.of_frame(times, ours))
-        names = [name for name, method in methods.items() if method["spp"] == fitting and not method["denoiser"]] + names
+        names = [
+            name for name, method in methods.items() if method["spp"] == fitting and not method["denoiser"]
+        ] + names
     own = methods[ours]["figures"]
-    return [(name, {key: own[key]["mean"] / methods[name]["figures"][key]["mean"] for key in ("rse", "hdr_flip")})
-            for name in names]
+    return [
+        (name, {key: own[key]["mean"] / methods[name]["figures"][key]["mean"] for key in ("rse", "hdr_flip")})
+        for name in names
+    ]
 
 
 def of_ablations(result: dict) -> list[Table]:
@@ -207,12 +300,25 @@ def of_ablations(result: dict) -> list[Table]:
         rse, flip, ratio = (method["figures"][key] for key in ("rse", "hdr_flip", "mean_ratio"))
         if "-without-" not in name:
             whole = rse["mean"]
-        rows.append([name, number(rse, "{:.5f}"), f"{rse['mean'] / whole:.2f}" if whole else NOTHING, number(flip, "{:.4f}"),
-                     number(ratio, "{:.4f}")])
+        rows.append(
+            [
+                name,
+                number(rse, "{:.5f}"),
+                f"{rse['mean'] / whole:.2f}" if whole else NOTHING,
+                number(flip, "{:.4f}"),
+                number(ratio, "{:.4f}"),
+            ]
+        )
     settings = result["settings"]
-    return [Table("Ablations", f"All trained for the same time; {settings['frames']} test frames of {settings['size']} x "
-                  f"{settings['size']}. Times: RSE over that of the whole network.",
-                  ["network", "RSE", "times", "HDR-FLIP", "mean ratio"], rows)]
+    return [
+        Table(
+            "Ablations",
+            f"All trained for the same time; {settings['frames']} test frames of {settings['size']} x "
+            f"{settings['size']}. Times: RSE over that of the whole network.",
+            ["network", "RSE", "times", "HDR-FLIP", "mean ratio"],
+            rows,
+        )
+    ]
 
 
 def of_bench(name: str, bench: dict) -> list[Table]:
@@ -221,15 +327,29 @@ def of_bench(name: str, bench: dict) -> list[Table]:
     if "passes" in bench:
         rows = [["frame", f"{bench['frame_ms']['median']:.2f}", NOTHING]]
         rows += [[one["name"], f"{one['cpu_ms']:.2f}", f"{one['gpu_ms']:.2f}"] for one in bench["passes"]]
-        found.append(Table(f"Time of each pass: {name}", f"{bench['scene']}, {bench['width']} x {bench['height']}, "
-                           f"{bench['frames']} frames on {bench['device']}; {bench['memory_mib']:.0f} MiB.",
-                           ["pass", "CPU ms", "GPU ms"], rows))
+        found.append(
+            Table(
+                f"Time of each pass: {name}",
+                f"{bench['scene']}, {bench['width']} x {bench['height']}, "
+                f"{bench['frames']} frames on {bench['device']}; {bench['memory_mib']:.0f} MiB.",
+                ["pass", "CPU ms", "GPU ms"],
+                rows,
+            )
+        )
     if "neural" in bench:
-        rows = [[stage, f"{ms:.2f}", f"{100 * ms / bench['neural']['frame_ms']:.1f} %"]
-                for stage, ms in bench["neural"]["budget_ms"].items()]
-        found.append(Table(f"Budget of a frame: {name}", f"Everything redone, {bench['neural']['frame_ms']:.1f} ms; a sample a "
-                           f"pixel of path tracing in turns with it, {bench['neural']['sample_ms']:.1f} ms.",
-                           ["stage", "ms", "share"], rows))
+        rows = [
+            [stage, f"{ms:.2f}", f"{100 * ms / bench['neural']['frame_ms']:.1f} %"]
+            for stage, ms in bench["neural"]["budget_ms"].items()
+        ]
+        found.append(
+            Table(
+                f"Budget of a frame: {name}",
+                f"Everything redone, {bench['neural']['frame_ms']:.1f} ms; a sample a "
+                f"pixel of path tracing in turns with it, {bench['neural']['sample_ms']:.1f} ms.",
+                ["stage", "ms", "share"],
+                rows,
+            )
+        )
     plain = {key: value for key, value in bench.items() if isinstance(value, (int, float)) and "passes" not in bench}
     rows = [[key, f"{value:.4g}"] for key, value in (plain | bench.get("ratios", {})).items()]
     if rows:

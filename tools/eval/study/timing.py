@@ -2,8 +2,8 @@
 
 A network's frame and a sample a pixel of path tracing come from one run of `lightformer bench`, which measures them in
 turns: every light, texel and pixel is redone in every frame. The sample ends paths after five segments and leaves out
-bringing the tree of the scene up to date, while the pictures that are judged have paths of any length: in favour of path
-tracing. Denoising is measured before and after each of these runs.
+bringing the tree of the scene up to date, while the pictures that are judged have paths of any length: in favour of
+path tracing. Denoising is measured before and after each of these runs.
 """
 
 import statistics
@@ -28,8 +28,11 @@ def measure(renderer: Renderer, scene: Path, size: int, methods: list[Method]) -
     if not samples:
         traced = renderer.measure(str(scene), "--reference", *_pixels(size))
         samples.append(1000 * size * size / traced["samples_s"])
-    return ({"size": size, "sample": statistics.median(samples)} | frames
-            | {f"oidn:{quality}": statistics.median(turn[quality] for turn in denoising) for quality in OIDN_QUALITIES})
+    return (
+        {"size": size, "sample": statistics.median(samples)}
+        | frames
+        | {f"oidn:{quality}": statistics.median(turn[quality] for turn in denoising) for quality in OIDN_QUALITIES}
+    )
 
 
 def _bench(renderer: Renderer, scene: Path, size: int, method: Method) -> dict:
