@@ -489,7 +489,7 @@ static ng_result build(struct lf_tracer *t, const struct ng_snapshot *snapshot)
     return NG_OK;
 }
 
-// Whether the snapshot has the instances that the slots were made from.
+// Whether the snapshot has the instances that the slots were made from, and the same ones are emitters.
 static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
     if (!t->scene || t->slot_count != snapshot->instance_count)
@@ -499,7 +499,8 @@ static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *
         const struct slot *s = &t->slots[i];
         if (!ng_entity_same(s->entity, instance->entity) ||
             s->mesh_key != snapshot->meshes[instance->mesh].key ||
-            s->seen.shape != shape_of(snapshot, instance))
+            s->seen.shape != shape_of(snapshot, instance) ||
+            (s->seen.light == NG_NONE) != (instance->light == NG_NONE))
             return false;
     }
     return true;

@@ -6,10 +6,12 @@
 #include "components/light_directional.h"
 #include "components/light_disk.h"
 #include "components/light_environment.h"
+#include "components/light_mesh.h"
 #include "components/light_point.h"
 #include "components/light_rectangle.h"
 #include "components/light_sphere.h"
 #include "components/light_spot.h"
+#include "components/material.h"
 #include "scene/world.h"
 
 #include <math.h>
@@ -177,6 +179,37 @@ static void test_unshadowed_light_knows_no_occluders(void **state)
     scene_close(&s);
 }
 
+static void test_a_mesh_may_become_a_light(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct test_log log;
+    scene_open(&s, 1);
+    ng_entity glow = scene_material(&s, origin, 0, 1);
+    struct ng_material *m = ng_world_edit(s.world, glow, NG_MATERIAL);
+    m->emissive[0] = m->emissive[1] = m->emissive[2] = 1;
+    m->emissive_strength = 2;
+    ng_entity quad = scene_quad(&s, (const float[3]){-2, 2, 1}, (const float[3]){4, 0, 0},
+                                (const float[3]){0, -4, 0}, glow);
+    test_log_begin(&log); // it emits and is no light
+    scene_frame(&s, 0);
+    test_log_end(&log);
+    float corners[4][3] = {{-2, 2, 1}, {2, 2, 1}, {2, -2, 1}, {-2, -2, 1}};
+    double expected = 2 * polygon_irradiance(corners, 4, origin, up);
+    const struct ng_light_mesh light = {.on = true, .color = {1, 1, 1}, .scale = 1};
+    OK(ng_world_add(s.world, quad, NG_LIGHT_MESH, &light));
+    scene_frame(&s, 1);
+    ESTIMATES(scene_irradiance(&s, origin, up, 20000, direct), expected, 3e-3, 0.02);
+    ESTIMATES(scene_irradiance(&s, origin, up, 20000, unshadowed), expected, 3e-3, 0.02);
+    OK(ng_world_remove(s.world, quad, NG_LIGHT_MESH));
+    test_log_begin(&log);
+    scene_frame(&s, 2);
+    test_log_end(&log);
+    struct estimate none = scene_irradiance(&s, origin, up, 1000, unshadowed);
+    assert_true(none.mean == 0);
+    scene_close(&s);
+}
+
 // What the light's own sampling says of a receiver, with all of its VPLs: no BRDF samples in it.
 static double vpl_irradiance(const struct scene *s, const float at[3], const float n[3])
 {
@@ -311,6 +344,7 @@ int main(void)
         cmocka_unit_test(test_perpendicular_rectangles_exchange_their_form_factor),
         cmocka_unit_test(test_area_light_equals_many_small_ones),
         cmocka_unit_test(test_unshadowed_light_knows_no_occluders),
+        cmocka_unit_test(test_a_mesh_may_become_a_light),
         cmocka_unit_test(test_every_light_type_agrees_with_its_sampling),
         cmocka_unit_test(test_scattering_is_reciprocal),
         cmocka_unit_test(test_light_between_two_panels_is_reciprocal),
