@@ -526,6 +526,85 @@ static void test_emission_without_a_light_is_indirect(void **state)
     scene_close(&s);
 }
 
+static void test_clamp_limits_indirect_light_alone(void **state)
+{
+    (void)state;
+    enum { SIZE = 16, VALUES = SIZE * SIZE * 3 };
+    struct scene s;
+    make_room(&s, 2);
+    struct lf_reference_params p = {.width = SIZE, .height = SIZE, .jobs = s.jobs};
+    struct lf_reference *whole = scene_render(&s, &p, 1);
+    p.clamp = 0.05f;
+    struct lf_reference *clamped = scene_render(&s, &p, 1);
+    float *indirect = scene_layer(whole, "indirect"), *less = scene_layer(clamped, "indirect");
+    float *direct = scene_layer(whole, "direct"), *same = scene_layer(clamped, "direct");
+    int limited = 0;
+    for (int i = 0; i < VALUES; i += 3) {
+        float most = lf_max3(indirect + i), expected = most > p.clamp ? p.clamp / most : 1;
+        for (int c = 0; c < 3; c++)
+            NEAR(less[i + c], indirect[i + c] * expected, 1e-6);
+        limited += most > p.clamp;
+    }
+    assert_true(limited > 0 && limited < SIZE * SIZE);
+    assert_memory_equal(direct, same, VALUES * sizeof *direct);
+    free(indirect);
+    free(less);
+    free(direct);
+    free(same);
+    lf_reference_destroy(&whole);
+    lf_reference_destroy(&clamped);
+    scene_close(&s);
+}
+
+// A wall that shines fills the left half of four pixels. The tent around a pixel's centre reaches the centres
+// beside it, and leaves an eighth beyond the pixel's edge.
+static void test_antialiasing_is_a_tent(void **state)
+{
+    (void)state;
+    static const double expected[2][4] = {{1, 1, 0, 0}, {1, 0.875, 0.125, 0}};
+    struct scene s;
+    struct test_log log;
+    scene_open(&s, 1);
+    ng_entity glow = scene_material(&s, origin, 0, 1);
+    struct ng_material *m = ng_world_edit(s.world, glow, NG_MATERIAL);
+    m->emissive[0] = m->emissive[1] = m->emissive[2] = 1;
+    m->emissive_strength = 1;
+    scene_quad(&s, (const float[3]){-50, -50, 0}, (const float[3]){50, 0, 0}, (const float[3]){0, 100, 0},
+               glow);
+    test_log_begin(&log); // it emits and is no light
+    scene_frame(&s, 0);
+    test_log_end(&log);
+    for (int antialias = 0; antialias < 2; antialias++) {
+        struct lf_reference *r = scene_render(
+            &s, &(struct lf_reference_params){.width = 4, .height = 1, .antialias = antialias, .depth = 1},
+            256);
+        float *emission = scene_layer(r, "emission");
+        for (int i = 0; i < 4; i++)
+            NEAR(emission[i * 3], expected[antialias][i], antialias ? 0.01 : 0);
+        free(emission);
+        lf_reference_destroy(&r);
+    }
+    scene_close(&s);
+}
+
+static void test_a_time_limit_ends_between_passes(void **state)
+{
+    (void)state;
+    struct scene s;
+    make_room(&s, 2);
+    struct lf_reference *r;
+    OK(lf_reference_create(&(struct lf_reference_params){.width = 8, .height = 8, .jobs = s.jobs}, &r));
+    OK(lf_reference_begin(r, s.tracer));
+    OK(lf_reference_run(r, &(struct lf_reference_run_params){.samples = UINT32_MAX, .time_limit = 0.1}));
+    struct lf_reference_stats stats = lf_reference_stats_of(r);
+    assert_true(stats.samples > 0 && stats.samples < UINT32_MAX && stats.seconds >= 0.1);
+    float *samples = scene_layer(r, "samples");
+    assert_true(samples[0] == (float)stats.samples && samples[63] == (float)stats.samples);
+    free(samples);
+    lf_reference_destroy(&r);
+    scene_close(&s);
+}
+
 static void test_a_sample_that_is_no_number_stops_the_picture(void **state)
 {
     (void)state;
@@ -566,6 +645,9 @@ int main(void)
         cmocka_unit_test(test_beauty_is_the_exact_sum_of_its_parts),
         cmocka_unit_test(test_depth_counts_segments),
         cmocka_unit_test(test_emission_without_a_light_is_indirect),
+        cmocka_unit_test(test_clamp_limits_indirect_light_alone),
+        cmocka_unit_test(test_antialiasing_is_a_tent),
+        cmocka_unit_test(test_a_time_limit_ends_between_passes),
         cmocka_unit_test(test_a_sample_that_is_no_number_stops_the_picture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
