@@ -80,39 +80,40 @@ static const char *nearest_option(const struct cli_command *command, const char 
 
 // ---- Values
 
-static bool parse_count(const char *text, const char **end, uint32_t *out)
+static bool in_range(const struct cli_option *o, double x)
+{
+    return x >= o->min && x <= o->max;
+}
+
+// The range is that of the number as it is written: it may not fit into `*out`, which no range exceeds.
+static bool parse_count(const struct cli_option *o, const char *text, const char **end, uint32_t *out)
 {
     if (!isdigit((unsigned char)text[0]))
         return false;
     char *stop;
     unsigned long long n = strtoull(text, &stop, 10);
     *end = stop;
-    *out = n > UINT32_MAX ? UINT32_MAX : (uint32_t)n;
-    return true;
-}
-
-static bool in_range(const struct cli_option *o, double x)
-{
-    return x >= o->min && x <= o->max;
+    *out = (uint32_t)n;
+    return in_range(o, (double)n);
 }
 
 static bool parse_size(const struct cli_option *o, const char *text, struct cli_size *out)
 {
     const char *end;
-    return parse_count(text, &end, &out->width) && *end == 'x' && parse_count(end + 1, &end, &out->height) &&
-           *end == 0 && in_range(o, out->width) && in_range(o, out->height);
+    return parse_count(o, text, &end, &out->width) && *end == 'x' &&
+           parse_count(o, end + 1, &end, &out->height) && *end == 0;
 }
 
 static bool parse_range(const struct cli_option *o, const char *text, struct cli_range *out)
 {
     const char *end;
     out->given = true;
-    if (!parse_count(text, &end, &out->first))
+    if (!parse_count(o, text, &end, &out->first))
         return false;
     out->last = out->first;
-    if (strncmp(end, "..", 2) == 0 && !parse_count(end + 2, &end, &out->last))
+    if (strncmp(end, "..", 2) == 0 && !parse_count(o, end + 2, &end, &out->last))
         return false;
-    return *end == 0 && out->first <= out->last && in_range(o, out->first) && in_range(o, out->last);
+    return *end == 0 && out->first <= out->last;
 }
 
 // The index of the first `length` letters of `text` among an option's words; false if it is none of them.
@@ -153,7 +154,7 @@ static bool parse_value(const struct cli_option *o, const char *text, void *valu
         *(bool *)place = true;
         return true;
     case CLI_COUNT:
-        return parse_count(text, &end, place) && *end == 0 && in_range(o, *(uint32_t *)place);
+        return parse_count(o, text, &end, place) && *end == 0;
     case CLI_REAL: {
         char *stop;
         double x = strtod(text, &stop);
@@ -188,13 +189,13 @@ static void print_accepted(const struct cli_option *o, FILE *out)
     switch (o->kind) {
     case CLI_COUNT:
     case CLI_REAL:
-        fprintf(out, "a number from %g to %g", o->min, o->max);
+        fprintf(out, "a number from %.10g to %.10g", o->min, o->max);
         break;
     case CLI_SIZE:
-        fprintf(out, "WIDTHxHEIGHT from %gx%g to %gx%g", o->min, o->min, o->max, o->max);
+        fprintf(out, "WIDTHxHEIGHT from %.10gx%.10g to %.10gx%.10g", o->min, o->min, o->max, o->max);
         break;
     case CLI_RANGE:
-        fprintf(out, "FIRST..LAST from %g to %g", o->min, o->max);
+        fprintf(out, "FIRST..LAST from %.10g to %.10g", o->min, o->max);
         break;
     case CLI_CHOICE:
     case CLI_SET:
