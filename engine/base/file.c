@@ -142,6 +142,30 @@ ng_result ng_file_write(const char *path, const void *data, size_t size)
     return r;
 }
 
+// The directory in which `path` is replaced.
+static bool directory_is_writable(const char *path)
+{
+    char directory[PATH_MAX];
+    return ng_path_beside(path, ".", directory, sizeof directory) && access(directory, W_OK | X_OK) == 0;
+}
+
+ng_result ng_file_check_writable(const char *path)
+{
+    struct stat st;
+    if (stat(path, &st) != 0)
+        return directory_is_writable(path) ? NG_OK : io_error("write", path);
+    if (S_ISDIR(st.st_mode)) {
+        errno = EISDIR;
+        return io_error("write", path);
+    }
+    if (!S_ISREG(st.st_mode))
+        return access(path, W_OK) == 0 ? NG_OK : io_error("write", path);
+    char *target = realpath(path, NULL);
+    ng_result r = target && directory_is_writable(target) ? NG_OK : io_error("write", path);
+    free(target);
+    return r;
+}
+
 bool ng_file_exists(const char *path)
 {
     struct stat st;

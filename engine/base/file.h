@@ -18,6 +18,8 @@ NG_NODISCARD ng_result ng_file_read_named(const char *name, const char *path, ui
 // Writes to "path.tmp-PID", flushes to disk and renames: readers see the old file or the new one, never a
 // part. A symbolic link stays one, its target is replaced; devices and pipes are written to as they are.
 NG_NODISCARD ng_result ng_file_write(const char *path, const void *data, size_t size);
+// Whether ng_file_write would find a place for this file: to be asked before hours of work. Writes nothing.
+NG_NODISCARD ng_result ng_file_check_writable(const char *path);
 
 bool ng_file_exists(const char *path);
 // Creates a directory and its parents where missing.

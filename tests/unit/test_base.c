@@ -1,4 +1,5 @@
 // The base library: what the rest of the engine relies on without looking.
+#define _POSIX_C_SOURCE 200809L // symlink
 #include "test.h"
 
 #include "base/arena.h"
@@ -16,6 +17,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static void arena_reuses_its_blocks(void **state)
 {
@@ -134,6 +136,37 @@ static void file_write_is_atomic_and_errors_name_the_file(void **state)
     assert_int_equal(log.errors, 5);
 }
 
+static void what_cannot_be_written_is_known_before(void **state)
+{
+    NG_UNUSED(state);
+    char path[512], link[512];
+    test_path(path, sizeof path, "b.bin");
+    test_path(link, sizeof link, "b.link");
+    remove(path);
+    remove(link);
+    assert_int_equal(ng_file_check_writable(path), NG_OK);
+    assert_false(ng_file_exists(path));
+    assert_int_equal(ng_file_write(path, "hello", 5), NG_OK);
+    assert_int_equal(ng_file_check_writable(path), NG_OK);
+    assert_int_equal(symlink("b.bin", link), 0);
+    assert_int_equal(ng_file_check_writable(link), NG_OK);
+    assert_int_equal(ng_file_check_writable("here.bin"), NG_OK);
+    assert_int_equal(ng_file_check_writable("/dev/null"), NG_OK);
+
+    static const struct {
+        const char *path;
+        ng_result as;
+    } bad[] = {{".", NG_ERROR_IO}, {"/no/such/dir/x", NG_ERROR_NOT_FOUND}, {"/dev/full/x", NG_ERROR_IO}};
+    struct test_log log;
+    for (size_t i = 0; i < NG_COUNT(bad); i++) {
+        test_log_begin(&log);
+        assert_int_equal(ng_file_check_writable(bad[i].path), bad[i].as);
+        assert_int_equal(log.errors, 1);
+        assert_non_null(strstr(log.text, bad[i].path));
+        test_log_end(&log);
+    }
+}
+
 static void paths(void **state)
 {
     NG_UNUSED(state);
@@ -217,6 +250,7 @@ int main(void)
         cmocka_unit_test(pool_finds_stale_handles),
         cmocka_unit_test(jobs_run_each_item_once),
         cmocka_unit_test(file_write_is_atomic_and_errors_name_the_file),
+        cmocka_unit_test(what_cannot_be_written_is_known_before),
         cmocka_unit_test(paths),
         cmocka_unit_test(rng_is_fixed_and_uniform),
         cmocka_unit_test(halfs_are_exact),

@@ -450,9 +450,21 @@ static ng_result vary(struct job *job)
     return NG_OK;
 }
 
+// That files cannot be written is better known before the work than after. A sequence's names differ in their
+// numbers alone.
+static ng_result check_outputs(const struct render *r)
+{
+    for (uint32_t i = 0; i < r->outputs.count; i++)
+        NG_TRY(ng_file_check_writable(r->outputs.items[i]));
+    if (r->graph)
+        NG_TRY(ng_file_check_writable(r->graph));
+    return r->resume ? ng_file_check_writable(r->resume) : NG_OK;
+}
+
 static ng_result render(struct job *job)
 {
     const struct render *r = job->render;
+    NG_TRY(check_outputs(r));
     struct ng_stage_params params = {.scene = r->scene,
                                      .device = r->device,
                                      .threads = r->threads,
