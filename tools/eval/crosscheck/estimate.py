@@ -4,15 +4,15 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-
 LAYERS = 8  # of surfaces that the camera looks through at most
 
 
 def render(scene, camera, size, samples, depth=-1, seed=0):
     """The mean of `samples` paths a pixel and its variance, both [height][width][3].
 
-    camera: placement, vertical field of view in radians; size: width, height; depth: of the longest path, -1: any. Paths start at the pixels' centres: the
-    integrator is called without a sensor and a film, which would put them elsewhere.
+    camera: placement, vertical field of view in radians; size: width, height; depth: of the longest path, -1: any.
+    Paths start at the pixels' centres: the integrator is called without a sensor and a film, which would put them
+    elsewhere.
     """
     width, height = size
     count = width * height * samples
