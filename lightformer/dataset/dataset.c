@@ -106,15 +106,45 @@ static ng_result open_manifest(struct run *run)
 
 // ---- shards ----------------------------------------------------------------------------------------------
 
+static struct lf_sample_params sample_params(const struct run *run)
+{
+    return (struct lf_sample_params){.size = run->p.size,
+                                     .crop = run->p.crop,
+                                     .crops = run->p.crops,
+                                     .spp = run->p.spp,
+                                     .vpls = run->p.vpls,
+                                     .depth = run->p.depth,
+                                     .jobs = run->p.jobs};
+}
+
+// Samples of the largest shard of the range.
+static uint32_t largest_shard(const struct run *run)
+{
+    uint32_t first = run->per_shard - (uint32_t)(run->p.seed % run->per_shard);
+    if (run->p.count <= first)
+        return run->p.count;
+    uint32_t rest = run->p.count - first < run->per_shard ? run->p.count - first : run->per_shard;
+    return first > rest ? first : rest;
+}
+
+// Refuses shards that will not fit, before hours of work: such that a file cannot hold, or memory, where a
+// shard lies twice while it is written.
+static ng_result check_memory(const struct run *run, double sample_bytes)
+{
+    double bytes = sample_bytes * largest_shard(run), available = (double)ng_system_available_memory() / 2;
+    bool fits_file = bytes <= (double)LF_TENSOR_LIMIT;
+    if (fits_file && bytes <= available)
+        return NG_OK;
+    ng_log_error("dataset: a shard of %u samples takes %.0f MiB, of which %s %.0f MiB; make shards or crops "
+                 "smaller (--shard, --crops, --crop)",
+                 largest_shard(run), bytes / (1 << 20), fits_file ? "memory has room for" : "a file holds",
+                 (fits_file ? available : (double)LF_TENSOR_LIMIT) / (1 << 20));
+    return NG_ERROR_MEMORY;
+}
+
 static ng_result make_sample(struct run *run, uint64_t seed, struct lf_tensors *out)
 {
-    const struct lf_sample_params params = {.size = run->p.size,
-                                            .crop = run->p.crop,
-                                            .crops = run->p.crops,
-                                            .spp = run->p.spp,
-                                            .vpls = run->p.vpls,
-                                            .depth = run->p.depth,
-                                            .jobs = run->p.jobs};
+    const struct lf_sample_params params = sample_params(run);
     double *spent = run->report->spent;
     struct lf_sample sample;
     struct lf_observation observation;
@@ -159,7 +189,8 @@ static ng_result fill_shard(struct run *run, const struct lf_shard *shard, struc
     NG_TRY(add_notes(run, shard, tensors));
     for (uint32_t i = 0; i < shard->samples && !*stopped; i++) {
         NG_TRY(make_sample(run, shard->first_seed + i, tensors));
-        run->report->samples++;
+        if (run->report->samples++ == 0) // later ones are about as large
+            NG_TRY(check_memory(run, (double)tensors->bytes));
         run->report->crops += run->p.crops;
         *stopped = !report_progress(run, 1);
     }
@@ -266,6 +297,8 @@ ng_result lf_dataset_make(const struct lf_dataset_params *params, struct lf_data
         run.p.crops = 1;
     }
     run.per_shard = run.p.shard > run.p.crops ? run.p.shard / run.p.crops : 1;
+    const struct lf_sample_params sample = sample_params(&run);
+    NG_TRY(check_memory(&run, lf_sample_least_bytes(&sample)));
     const struct lf_scene_sampler_params sampler = {.world = run.p.world,
                                                     .assets = run.p.assets,
                                                     .jobs = run.p.jobs,

@@ -417,6 +417,16 @@ static ng_result write_targets(const struct job *job)
     return NG_OK;
 }
 
+// What pixels take is nearly everything.
+double lf_sample_least_bytes(const struct lf_sample_params *params)
+{
+    uint32_t a_pixel = 3 * (2 * lf_dtype_size(LF_F32) + 2 * lf_dtype_size(LF_F16)); // targets and emission
+    for (size_t i = 0; i < NG_COUNT(inputs); i++)
+        if (inputs[i].domain == LF_DOMAIN_PIXEL || inputs[i].domain == LF_DOMAIN_VIEW)
+            a_pixel += inputs[i].channels * lf_dtype_size(dtype_of(&inputs[i]));
+    return (double)a_pixel * params->crop * params->crop * params->crops;
+}
+
 // ---- all of it -------------------------------------------------------------------------------------------
 
 static ng_result timed(double *seconds, ng_result (*stage)(const struct job *), const struct job *job)

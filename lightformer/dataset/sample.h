@@ -25,6 +25,10 @@ struct lf_sample_params {
     struct ng_jobs *jobs; // borrowed; null: this thread
 };
 
+// Bytes that a sample's tensors take at least, with one light: to be asked before anything is made. A double,
+// since absurd sizes are what it is asked about.
+double lf_sample_least_bytes(const struct lf_sample_params *params);
+
 // Adds the tensors of README.md, named "SEED/...", to `out`. `observation`: its G-buffer is enough; adds the
 // time of each stage, seconds, to `spent`. Errors, logged: NG_ERROR_FORMAT (a number that is not finite, with
 // tensor, pixel and seed), NG_ERROR_MEMORY.
