@@ -2,6 +2,7 @@
 #include "base/file.h"
 #include "base/log.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -191,6 +192,19 @@ ng_result ng_file_make_directory(const char *path)
         part[i] = saved;
     }
     return NG_OK;
+}
+
+ng_result ng_file_list(const char *path, void (*fn)(void *user, const char *name), void *user)
+{
+    DIR *directory = opendir(path);
+    if (!directory)
+        return io_error("open", path);
+    errno = 0;
+    for (const struct dirent *entry; (entry = readdir(directory)); errno = 0)
+        fn(user, entry->d_name);
+    ng_result result = errno ? io_error("read", path) : NG_OK;
+    closedir(directory);
+    return result;
 }
 
 bool ng_path_beside(const char *beside, const char *name, char *out, size_t out_size)

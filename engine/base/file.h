@@ -24,6 +24,8 @@ NG_NODISCARD ng_result ng_file_check_writable(const char *path);
 bool ng_file_exists(const char *path);
 // Creates a directory and its parents where missing.
 NG_NODISCARD ng_result ng_file_make_directory(const char *path);
+// Calls `fn` with the name of each entry of a directory, "." and ".." too, in no order.
+NG_NODISCARD ng_result ng_file_list(const char *path, void (*fn)(void *user, const char *name), void *user);
 
 // Writes "DIR/NAME" into out, where DIR is the directory part of `beside` ("" if none). An absolute NAME
 // stays as it is. False if it does not fit.

@@ -210,23 +210,13 @@ static ng_result make_shard(struct run *run, struct lf_shard *shard, const char 
     return result;
 }
 
-// The hash that the manifest lists for a shard; 0: none.
-static uint64_t listed_hash(const struct run *run, const struct lf_shard *shard)
-{
-    for (size_t i = 0; i < run->manifest.shards.count; i++) {
-        const struct lf_shard *s = &run->manifest.shards.items[i];
-        if (s->first_seed == shard->first_seed && s->samples == shard->samples)
-            return s->hash;
-    }
-    return 0;
-}
-
 static bool is_whole(struct run *run, struct lf_shard *shard, const char *path)
 {
     struct lf_tensors tensors;
     if (!ng_file_exists(path))
         return false;
-    shard->hash = listed_hash(run, shard);
+    const struct lf_shard *listed = lf_manifest_find(&run->manifest, shard);
+    shard->hash = listed ? listed->hash : 0; // 0: any
     bool whole = lf_shard_read(run->p.directory, &run->manifest.settings, shard, &tensors) == NG_OK;
     if (whole) {
         shard->hash = tensors.hash;
@@ -324,6 +314,38 @@ ng_result lf_dataset_make(const struct lf_dataset_params *params, struct lf_data
 
 // ---- checking --------------------------------------------------------------------------------------------
 
+// Shards of the folder that the manifest does not list.
+struct unlisted {
+    const struct lf_manifest *manifest;
+    struct lf_shard first; // by seed
+    uint32_t count;
+};
+
+static void find_unlisted(void *user, const char *name)
+{
+    struct unlisted *u = user;
+    struct lf_shard shard;
+    const char *rest = lf_shard_of_name(name, &shard);
+    if (!rest || *rest || lf_manifest_find(u->manifest, &shard))
+        return;
+    if (u->count++ == 0 || shard.first_seed < u->first.first_seed)
+        u->first = shard;
+}
+
+// Two runs at a time in one folder each write the list that they know.
+static ng_result check_listed(const char *directory, const struct lf_manifest *manifest, uint32_t *count)
+{
+    struct unlisted u = {.manifest = manifest};
+    char path[4096];
+    NG_TRY(ng_file_list(directory, find_unlisted, &u));
+    *count = u.count;
+    if (u.count && lf_shard_path(directory, &u.first, path, sizeof path))
+        ng_log_warn("%s: is not listed in manifest.json (shards that are not: %u); run the whole range of "
+                    "seeds again, which checks and lists what is there",
+                    path, u.count);
+    return NG_OK;
+}
+
 ng_result lf_dataset_check(const char *directory, struct lf_dataset_contents *out)
 {
     struct lf_manifest manifest;
@@ -344,6 +366,7 @@ ng_result lf_dataset_check(const char *directory, struct lf_dataset_contents *ou
         out->bytes += t.bytes;
         lf_tensors_finish(&t);
     }
+    result = check_listed(directory, &manifest, &out->unlisted);
     lf_manifest_finish(&manifest);
-    return out->damaged ? NG_ERROR_FORMAT : NG_OK;
+    return out->damaged ? NG_ERROR_FORMAT : result;
 }

@@ -53,10 +53,10 @@ struct lf_dataset_report {
 NG_NODISCARD ng_result lf_dataset_make(const struct lf_dataset_params *params,
                                        struct lf_dataset_report *report);
 
-// Reads every shard that the manifest lists. All damage is logged; NG_ERROR_FORMAT if there is any,
-// NG_ERROR_NOT_FOUND if there is no data set.
+// Reads every shard that the manifest lists. All damage is logged, with a warning if the folder has shards
+// that are not listed; NG_ERROR_FORMAT if there is any, NG_ERROR_NOT_FOUND if there is no data set.
 struct lf_dataset_contents {
-    uint32_t shards, damaged;
+    uint32_t shards, damaged, unlisted; // the last are in no other number
     uint64_t samples, tensors, bytes;
 };
 NG_NODISCARD ng_result lf_dataset_check(const char *directory, struct lf_dataset_contents *out);

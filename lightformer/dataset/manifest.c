@@ -20,6 +20,22 @@ bool lf_shard_path(const char *directory, const struct lf_shard *shard, char *ou
     return n > 0 && (size_t)n < size;
 }
 
+const char *lf_shard_of_name(const char *name, struct lf_shard *out)
+{
+    char path[64];
+    uint64_t last;
+    // Digits are few enough not to overflow; whether they are as we write them, the comparison says.
+    if (sscanf(name, "shard-%10" SCNu64 "-%10" SCNu64, &out->first_seed, &last) != 2 ||
+        last < out->first_seed || last - out->first_seed >= UINT32_MAX)
+        return NULL;
+    out->samples = (uint32_t)(last - out->first_seed + 1);
+    out->hash = 0;
+    if (!lf_shard_path("", out, path, sizeof path))
+        return NULL;
+    size_t length = strlen(ng_path_name(path));
+    return strncmp(name, ng_path_name(path), length) == 0 ? name + length : NULL;
+}
+
 static bool manifest_path(const char *directory, char *out, size_t size)
 {
     int n = snprintf(out, size, "%s/manifest.json", directory);
@@ -44,6 +60,15 @@ void lf_manifest_finish(struct lf_manifest *manifest)
 static bool overlap(const struct lf_shard *a, const struct lf_shard *b)
 {
     return a->first_seed < b->first_seed + b->samples && b->first_seed < a->first_seed + a->samples;
+}
+
+const struct lf_shard *lf_manifest_find(const struct lf_manifest *m, const struct lf_shard *shard)
+{
+    for (size_t i = 0; i < m->shards.count; i++)
+        if (m->shards.items[i].first_seed == shard->first_seed &&
+            m->shards.items[i].samples == shard->samples)
+            return &m->shards.items[i];
+    return NULL;
 }
 
 ng_result lf_manifest_put(struct lf_manifest *m, const struct lf_shard *shard)

@@ -36,6 +36,8 @@ struct lf_manifest {
 
 // "DIR/shard-FIRST-LAST.safetensors", seeds with ten digits. False if it does not fit.
 bool lf_shard_path(const char *directory, const struct lf_shard *shard, char *out, size_t size);
+// What follows a shard's name at the beginning of `name` ("" if nothing does), or null: not one of a shard.
+const char *lf_shard_of_name(const char *name, struct lf_shard *out);
 // The first setting in which two differ, or null.
 const struct lf_setting *lf_settings_difference(const struct lf_settings *a, const struct lf_settings *b);
 
@@ -44,6 +46,8 @@ NG_NODISCARD ng_result lf_manifest_read(const char *directory, struct lf_manifes
 NG_NODISCARD ng_result lf_manifest_write(const char *directory, const struct lf_manifest *manifest);
 // Enters a shard, in order of seeds, in place of those that it overlaps.
 NG_NODISCARD ng_result lf_manifest_put(struct lf_manifest *manifest, const struct lf_shard *shard);
+// The line of the shard with these seeds, or null.
+const struct lf_shard *lf_manifest_find(const struct lf_manifest *manifest, const struct lf_shard *shard);
 void lf_manifest_finish(struct lf_manifest *manifest);
 
 // Reads a shard and checks that it is what the settings and its seeds say. `shard->hash` 0: any hash will do.
