@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define RSE_EPSILON 0.01
 #define MIDDLE_GREY 0.18 // where the exposure puts the reference's mean
@@ -169,6 +170,16 @@ static void compute_errors(const struct lf_metrics_params *params, const struct 
     out->mean_ratio = means->a / means->b;
 }
 
+// One reference given twice: its noise stays in the RSE, which looks like one that is free of it.
+static void check_independent(const struct lf_metrics_params *params)
+{
+    const struct lf_picture *b = params->b, *b2 = params->b2;
+    if (memcmp(b->pixels, b2->pixels, pixel_count(b) * 3 * sizeof *b->pixels) == 0)
+        ng_log_warn(
+            "%s: equals the other reference, so the RSE is not free of noise; make it with another seed",
+            b2->name);
+}
+
 ng_result lf_metrics_compute(const struct lf_metrics_params *params, struct lf_metrics *out)
 {
     NG_REQUIRE(params && params->a && params->b && out,
@@ -179,8 +190,10 @@ ng_result lf_metrics_compute(const struct lf_metrics_params *params, struct lf_m
     NG_TRY(count_pixels(params, &out->pixels));
     NG_TRY(check_picture(params, params->a));
     NG_TRY(check_picture(params, params->b));
-    if (params->b2)
+    if (params->b2) {
         NG_TRY(check_picture(params, params->b2));
+        check_independent(params);
+    }
     struct means means;
     NG_TRY(compute_means(params, out->pixels, &means));
     compute_errors(params, &means, out);

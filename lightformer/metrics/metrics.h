@@ -24,7 +24,8 @@ struct lf_metrics {
 };
 
 // Logged in one line and returned: sizes that differ, a PNG against radiance, a mask that leaves no pixel, a
-// value that is not finite (with its pixel), a reference without light. Any thread.
+// value that is not finite (with its pixel), a reference without light. A second reference
+// equal to the first is a warning: it has no noise of its own. Any thread.
 NG_NODISCARD ng_result lf_metrics_compute(const struct lf_metrics_params *params, struct lf_metrics *out);
 
 #endif

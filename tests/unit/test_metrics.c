@@ -132,6 +132,23 @@ static void test_two_references_by_hand(void **state)
     assert_true(m.l1 == 0 && m.mean_ratio == 1);
 }
 
+static void test_one_reference_given_twice_is_a_warning(void **state)
+{
+    NG_UNUSED(state);
+    float a[] = {2, 2, 2}, b[] = {1, 1, 1}, b2[] = {1, 1, 1};
+    struct lf_picture pa = picture("a", 1, 1, a), pb = picture("b", 1, 1, b), pb2 = picture("b2", 1, 1, b2);
+    struct lf_metrics m;
+    struct test_log log;
+    for (int warnings = 1; warnings >= 0; warnings--) {
+        test_log_begin(&log);
+        assert_int_equal(lf_metrics_compute(&(struct lf_metrics_params){.a = &pa, .b = &pb, .b2 = &pb2}, &m),
+                         NG_OK);
+        test_log_end(&log);
+        assert_int_equal(log.warnings, warnings);
+        b2[2] = 1.5f; // noise of its own
+    }
+}
+
 // What is masked out has no share in anything, not even where it is not a number.
 static void test_mask(void **state)
 {
@@ -285,6 +302,7 @@ int main(void)
         cmocka_unit_test(test_tone_map),
         cmocka_unit_test(test_two_references),
         cmocka_unit_test(test_two_references_by_hand),
+        cmocka_unit_test(test_one_reference_given_twice_is_a_warning),
         cmocka_unit_test(test_mask),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_layers),
