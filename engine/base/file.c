@@ -173,6 +173,21 @@ bool ng_file_exists(const char *path)
     return stat(path, &st) == 0;
 }
 
+static bool same_place(const char *a, const char *b)
+{
+    struct stat x, y;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
+bool ng_file_same(const char *a, const char *b)
+{
+    char of_a[PATH_MAX], of_b[PATH_MAX];
+    if (ng_file_exists(a) || ng_file_exists(b))
+        return same_place(a, b);
+    return strcmp(ng_path_name(a), ng_path_name(b)) == 0 && ng_path_beside(a, ".", of_a, sizeof of_a) &&
+           ng_path_beside(b, ".", of_b, sizeof of_b) && same_place(of_a, of_b);
+}
+
 ng_result ng_file_make_directory(const char *path)
 {
     char part[4096];

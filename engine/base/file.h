@@ -22,6 +22,8 @@ NG_NODISCARD ng_result ng_file_write(const char *path, const void *data, size_t 
 NG_NODISCARD ng_result ng_file_check_writable(const char *path);
 
 bool ng_file_exists(const char *path);
+// Whether two paths lead to one file, or would if it were there.
+bool ng_file_same(const char *a, const char *b);
 // Creates a directory and its parents where missing.
 NG_NODISCARD ng_result ng_file_make_directory(const char *path);
 // Calls `fn` with the name of each entry of a directory, "." and ".." too, in no order.

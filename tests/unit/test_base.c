@@ -167,6 +167,48 @@ static void what_cannot_be_written_is_known_before(void **state)
     }
 }
 
+static void one_file_has_many_paths(void **state)
+{
+    NG_UNUSED(state);
+    char path[512], other[512], detour[512], link[512];
+    test_path(path, sizeof path, "same.bin");
+    test_path(detour, sizeof detour, "./same.bin");
+    test_path(other, sizeof other, "other.bin");
+    test_path(link, sizeof link, "same.link");
+    remove(path);
+    remove(other);
+    remove(link);
+    assert_true(ng_file_same(path, detour)); // also where nothing is yet
+    assert_false(ng_file_same(path, other));
+    assert_int_equal(ng_file_write(path, "hello", 5), NG_OK);
+    assert_int_equal(symlink("same.bin", link), 0);
+    assert_true(ng_file_same(path, detour));
+    assert_true(ng_file_same(path, link));
+    assert_false(ng_file_same(path, other));
+}
+
+static void count_name(void *user, const char *name)
+{
+    *(int *)user += strcmp(name, "listed.bin") == 0;
+}
+
+static void folders_are_listed(void **state)
+{
+    NG_UNUSED(state);
+    char path[512], folder[512];
+    struct test_log log;
+    int found = 0;
+    test_path(path, sizeof path, "listed.bin");
+    assert_true(ng_path_beside(path, ".", folder, sizeof folder));
+    assert_int_equal(ng_file_write(path, "hello", 5), NG_OK);
+    assert_int_equal(ng_file_list(folder, count_name, &found), NG_OK);
+    assert_int_equal(found, 1);
+    test_log_begin(&log);
+    assert_int_equal(ng_file_list(path, count_name, &found), NG_ERROR_IO);
+    test_log_end(&log);
+    assert_int_equal(log.errors, 1);
+}
+
 static void paths(void **state)
 {
     NG_UNUSED(state);
@@ -251,6 +293,8 @@ int main(void)
         cmocka_unit_test(jobs_run_each_item_once),
         cmocka_unit_test(file_write_is_atomic_and_errors_name_the_file),
         cmocka_unit_test(what_cannot_be_written_is_known_before),
+        cmocka_unit_test(one_file_has_many_paths),
+        cmocka_unit_test(folders_are_listed),
         cmocka_unit_test(paths),
         cmocka_unit_test(rng_is_fixed_and_uniform),
         cmocka_unit_test(halfs_are_exact),

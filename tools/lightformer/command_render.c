@@ -204,7 +204,12 @@ static bool check_method(const struct render *r)
                                 "need --method reference");
     if (r->graph || r->device)
         return refuse("--method reference has neither a graph nor a device");
-    return !r->resume || !r->frames.given || refuse("--resume keeps one picture, not --frames");
+    if (r->resume && r->frames.given)
+        return refuse("--resume keeps one picture, not --frames");
+    for (uint32_t i = 0; r->resume && i < r->outputs.count; i++)
+        if (ng_file_same(r->resume, r->outputs.items[i]))
+            return refuse("--resume and --output name the same file; paths and picture need one each");
+    return true;
 }
 
 // What the tables cannot say; false, reported, if it does not hold.
@@ -503,9 +508,11 @@ static int run(const void *args)
 const struct cli_command cli_render_command = {
     .name = "render",
     .summary = "Renders a scene to pictures; no display is needed.",
-    .notes = "--aov all: every layer that the method computes.\n"
-             "A sequence is numbered: -o out/chess.png --frames 0..59 writes out/chess.0000.png to "
-             "out/chess.0059.png.",
+    .notes =
+        "--aov all: every layer that the method computes.\n"
+        "--resume writes its file once a minute and at the end: what is interrupted loses a minute at most.\n"
+        "A sequence is numbered: -o out/chess.png --frames 0..59 writes out/chess.0000.png to "
+        "out/chess.0059.png.",
     .options = options,
     .option_count = NG_COUNT(options),
     .values_size = sizeof(struct render),
