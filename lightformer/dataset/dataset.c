@@ -22,6 +22,7 @@ struct run {
     struct lf_sample_writer *writer;
     struct lf_manifest manifest;
     uint32_t per_shard, done; // samples
+    bool made_folder;
 };
 
 // ---- settings --------------------------------------------------------------------------------------------
@@ -84,21 +85,38 @@ static void make_settings(const struct lf_dataset_params *p, struct lf_settings 
     put_word(note, "time", word);
 }
 
+// Runs that were killed while they wrote leave "SHARD.tmp-PID". Those of shards of this range are nobody
+// else's: no two runs make the same seeds.
+static void remove_leftover(void *user, const char *name)
+{
+    const struct run *run = user;
+    struct lf_shard shard;
+    char path[4096];
+    const char *rest = lf_shard_of_name(name, &shard);
+    if (!rest || strncmp(rest, ".tmp-", 5) != 0 || shard.first_seed < run->p.seed ||
+        shard.first_seed + shard.samples > run->p.seed + run->p.count)
+        return;
+    int n = snprintf(path, sizeof path, "%s/%s", run->p.directory, name);
+    if (n > 0 && (size_t)n < sizeof path)
+        remove(path);
+}
+
 // A folder holds one data set: its manifest has to have these settings.
 static ng_result open_manifest(struct run *run)
 {
     struct lf_settings settings = {0};
     make_settings(&run->p, &settings);
+    run->made_folder = !ng_file_exists(run->p.directory);
     NG_TRY(ng_file_make_directory(run->p.directory));
     ng_result found = lf_manifest_read(run->p.directory, &run->manifest);
     if (found == NG_ERROR_NOT_FOUND) {
         run->manifest.settings = settings;
-        return NG_OK;
+        return ng_file_list(run->p.directory, remove_leftover, run);
     }
     NG_TRY(found);
     const struct lf_setting *other = lf_settings_difference(&run->manifest.settings, &settings);
     if (!other)
-        return NG_OK;
+        return ng_file_list(run->p.directory, remove_leftover, run);
     ng_log_error("%s: holds a data set with other settings (%s is \"%s\" there); choose another folder",
                  run->p.directory, other->key, other->value);
     return NG_ERROR_FORMAT;
@@ -304,6 +322,8 @@ ng_result lf_dataset_make(const struct lf_dataset_params *params, struct lf_data
         result = open_manifest(&run);
     if (result == NG_OK)
         result = do_shards(&run);
+    if (result != NG_OK && run.made_folder)
+        remove(run.p.directory); // which succeeds if it is empty
     lf_sample_writer_destroy(&run.writer);
     lf_observer_destroy(&run.observer);
     lf_scene_sampler_destroy(&run.sampler);

@@ -19,7 +19,7 @@ struct lf_dataset_params {
     const struct ng_assets *assets;
     struct ng_gpu *gpu;
     struct ng_jobs *jobs;  // null: this thread
-    const char *directory; // made if missing
+    const char *directory; // made if missing; left empty by an error, it goes again
     const char *program;   // version
     const char *scene;     // name of its file
     uint64_t scene_hash;   // of its files' bytes (asset/gltf.h)
