@@ -231,16 +231,18 @@ static ng_result make_shard(struct run *run, struct lf_shard *shard, const char 
 static bool is_whole(struct run *run, struct lf_shard *shard, const char *path)
 {
     struct lf_tensors tensors;
+    const char *wrong;
     if (!ng_file_exists(path))
         return false;
     const struct lf_shard *listed = lf_manifest_find(&run->manifest, shard);
     shard->hash = listed ? listed->hash : 0; // 0: any
-    bool whole = lf_shard_read(run->p.directory, &run->manifest.settings, shard, &tensors) == NG_OK;
+    bool whole = lf_shard_try(path, &run->manifest.settings, shard, &tensors, &wrong) == NG_OK;
     if (whole) {
         shard->hash = tensors.hash;
         run->report->kept++;
     } else {
-        ng_log_warn("%s: is made again", path);
+        if (wrong)
+            ng_log_warn("%s: %s; it is made again", path, wrong);
         run->report->redone++;
     }
     lf_tensors_finish(&tensors);

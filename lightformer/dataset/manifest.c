@@ -252,20 +252,29 @@ static const char *mismatch(const struct lf_settings *settings, const struct lf_
     return shard->hash && shard->hash != t->hash ? "is not the one that the manifest lists" : NULL;
 }
 
+ng_result lf_shard_try(const char *path, const struct lf_settings *settings, const struct lf_shard *shard,
+                       struct lf_tensors *out, const char **wrong)
+{
+    NG_TRY(lf_tensors_try(path, out, wrong));
+    *wrong = mismatch(settings, shard, out);
+    if (!*wrong)
+        return NG_OK;
+    lf_tensors_finish(out);
+    return NG_ERROR_FORMAT;
+}
+
 ng_result lf_shard_read(const char *directory, const struct lf_settings *settings,
                         const struct lf_shard *shard, struct lf_tensors *out)
 {
     char path[4096];
+    const char *wrong;
     *out = (struct lf_tensors){0};
     if (!lf_shard_path(directory, shard, path, sizeof path)) {
         ng_log_error("%s: the path is too long", directory);
         return NG_ERROR_IO;
     }
-    NG_TRY(lf_tensors_read(path, out));
-    const char *wrong = mismatch(settings, shard, out);
-    if (!wrong)
-        return NG_OK;
-    ng_log_error("%s: %s", path, wrong);
-    lf_tensors_finish(out);
-    return NG_ERROR_FORMAT;
+    ng_result result = lf_shard_try(path, settings, shard, out, &wrong);
+    if (wrong)
+        ng_log_error("%s: %s", path, wrong);
+    return result;
 }

@@ -327,15 +327,24 @@ static const char *parse(struct lf_tensors *t, unsigned char *file, size_t size)
     return read_header(t, file, size, header) ? NULL : "has a header that breaks the format";
 }
 
-ng_result lf_tensors_read(const char *path, struct lf_tensors *out)
+ng_result lf_tensors_try(const char *path, struct lf_tensors *out, const char **wrong)
 {
     size_t size;
     *out = (struct lf_tensors){0};
+    *wrong = NULL;
     NG_TRY(ng_file_read(path, 0, &out->file, &size));
-    const char *wrong = parse(out, out->file, size);
-    if (!wrong)
+    *wrong = parse(out, out->file, size);
+    if (!*wrong)
         return NG_OK;
-    ng_log_error("%s: %s", path, wrong);
     lf_tensors_finish(out);
     return NG_ERROR_FORMAT;
+}
+
+ng_result lf_tensors_read(const char *path, struct lf_tensors *out)
+{
+    const char *wrong;
+    ng_result result = lf_tensors_try(path, out, &wrong);
+    if (wrong)
+        ng_log_error("%s: %s", path, wrong);
+    return result;
 }

@@ -60,6 +60,9 @@ NG_NODISCARD ng_result lf_tensors_write(struct lf_tensors *t, const char *path);
 // Trusts nothing. Errors, logged: those of ng_file_read; NG_ERROR_FORMAT: not a safetensors file, one without
 // our hash, or damaged. `out` is then empty.
 NG_NODISCARD ng_result lf_tensors_read(const char *path, struct lf_tensors *out);
+// The same for a file that may well be damaged: what is wrong with its contents is told instead of logged.
+// `*wrong` is null if the file could not be read at all.
+NG_NODISCARD ng_result lf_tensors_try(const char *path, struct lf_tensors *out, const char **wrong);
 void lf_tensors_finish(struct lf_tensors *t);
 
 #endif
