@@ -45,8 +45,8 @@ static ng_result check_params(const struct lf_dataset_params *p)
         return refuse("crops are larger than the frame");
     if (!p->crops || !p->shard)
         return refuse("crops of a frame and of a shard are at least 1");
-    if (p->seed > (uint64_t)1 << 52)
-        return refuse("seeds go up to 2^52");
+    if (p->seed > UINT32_MAX || p->count - 1 > UINT32_MAX - p->seed)
+        return refuse("seeds go up to 4294967295, the last sample's too");
     return NG_OK;
 }
 

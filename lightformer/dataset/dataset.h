@@ -25,7 +25,7 @@ struct lf_dataset_params {
     uint64_t scene_hash;   // of its files' bytes (asset/gltf.h)
     const char *camera;    // name; null: the first
     double time;           // where time does not vary, seconds
-    uint64_t seed;         // of the first sample
+    uint64_t seed;         // of the first sample; the last one's is at most 2^32 - 1
     uint32_t count;        // samples
     uint32_t size;         // of the frame, pixels a side
     uint32_t crop;         // pixels a side; 0: whole frames

@@ -565,6 +565,9 @@ static void what_makes_no_sense_is_refused(void **state)
     p.count = 0;
     refused(&p, NG_ERROR_FORMAT, "at least one");
     p = small(directory);
+    p.seed = (uint64_t)1 << 32;
+    refused(&p, NG_ERROR_FORMAT, "seeds go up to");
+    p = small(directory);
     p.crops = 1u << 30;
     refused(&p, NG_ERROR_MEMORY, "smaller");
     p = small(directory);
