@@ -1,6 +1,8 @@
 // Which kernels this CPU can run.
 #include "lightformer/encode/kernels.h"
 
+#include "base/cpu.h"
+
 #include <stddef.h>
 
 // A spiral: the angle of sample k is k times the golden angle, its u2 (k + 1/2) / 16.
@@ -24,19 +26,16 @@ const float lf_lobe_samples[LF_LOBE_SAMPLES][3] = {
 };
 
 extern const struct lf_kernels lf_kernels_plain;
-#ifdef LF_ENCODE_X86
+#ifdef __x86_64__
 extern const struct lf_kernels lf_kernels_avx2, lf_kernels_avx512;
 #endif
 
 const struct lf_kernels *lf_kernels_of(uint32_t index)
 {
-#ifdef LF_ENCODE_X86
-    bool avx2 = __builtin_cpu_supports("avx2");
-    bool avx512 = avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-                  __builtin_cpu_supports("avx512dq");
-    if (avx512 && index-- == 0)
+#ifdef __x86_64__
+    if (ng_cpu_has(NG_CPU_AVX512) && index-- == 0)
         return &lf_kernels_avx512;
-    if (avx2 && index-- == 0)
+    if (ng_cpu_has(NG_CPU_AVX2) && index-- == 0)
         return &lf_kernels_avx2;
 #endif
     return index == 0 ? &lf_kernels_plain : NULL;

@@ -1,4 +1,4 @@
-// Compiled once for each instruction set (CMakeLists.txt), LF_KERNELS being the name of its table. The loop
+// Compiled once for each instruction set (CMakeLists.txt), NG_KERNELS being the name of its table. The loop
 // over lanes is innermost and free of branches and calls, so that one iteration becomes one vector operation.
 #include "lightformer/encode/kernels.h"
 
@@ -399,5 +399,5 @@ static void bounce(const struct lf_bounce_source *sources, uint32_t count, const
 #define NAME(x)   NAME_(x)
 #define TABLE_(x) lf_kernels_##x
 #define TABLE(x)  TABLE_(x)
-extern const struct lf_kernels TABLE(LF_KERNELS);
-const struct lf_kernels TABLE(LF_KERNELS) = {.name = NAME(LF_KERNELS), .direct = direct, .bounce = bounce};
+extern const struct lf_kernels TABLE(NG_KERNELS);
+const struct lf_kernels TABLE(NG_KERNELS) = {.name = NAME(NG_KERNELS), .direct = direct, .bounce = bounce};

@@ -8,7 +8,7 @@ const struct lf_kernel *lf_kernel_find(enum lf_net_kernel id)
     switch (id) {
     case LF_KERNEL_PLAIN:
         return &lf_kernel_plain;
-#ifdef LF_X86
+#ifdef __x86_64__
     case LF_KERNEL_AVX2:
         return ng_cpu_has(NG_CPU_AVX2) ? &lf_kernel_avx2 : NULL;
     case LF_KERNEL_AVX512:

@@ -4,13 +4,13 @@
 #include "base/cpu.h"
 
 extern const struct lf_wave_kernels lf_wave_kernels_plain;
-#ifdef LF_WAVE_X86
+#ifdef __x86_64__
 extern const struct lf_wave_kernels lf_wave_kernels_avx2, lf_wave_kernels_avx512;
 #endif
 
 const struct lf_wave_kernels *lf_wave_kernels_of(uint32_t index)
 {
-#ifdef LF_WAVE_X86
+#ifdef __x86_64__
     if (ng_cpu_has(NG_CPU_AVX512) && index-- == 0)
         return &lf_wave_kernels_avx512;
     if (ng_cpu_has(NG_CPU_AVX2) && index-- == 0)

@@ -1,4 +1,4 @@
-// Compiled once for each instruction set (CMakeLists.txt), LF_KERNELS being the name of its table. Every loop
+// Compiled once for each instruction set (CMakeLists.txt), NG_KERNELS being the name of its table. Every loop
 // over lanes is free of branches and calls, so that sixteen iterations become one.
 #include "lightformer/reference/wave.h"
 
@@ -468,6 +468,6 @@ static void play_roulette(struct lf_wave *w)
 #define LF_QUOTE_(a)   #a
 #define LF_QUOTE(a)    LF_QUOTE_(a)
 
-extern const struct lf_wave_kernels LF_JOIN(lf_wave_kernels_, LF_KERNELS);
-const struct lf_wave_kernels LF_JOIN(lf_wave_kernels_, LF_KERNELS) = {
-    .name = LF_QUOTE(LF_KERNELS), .connect = connect, .scatter = scatter, .play_roulette = play_roulette};
+extern const struct lf_wave_kernels LF_JOIN(lf_wave_kernels_, NG_KERNELS);
+const struct lf_wave_kernels LF_JOIN(lf_wave_kernels_, NG_KERNELS) = {
+    .name = LF_QUOTE(NG_KERNELS), .connect = connect, .scatter = scatter, .play_roulette = play_roulette};

@@ -3,6 +3,11 @@ find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 include(ng_shaders)
 
+# Whether files for particular x86-64 instruction sets are built; C asks __x86_64__.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set(NG_X86 ON)
+endif()
+
 # ng_library(NAME SOURCES a.c b.cc ... [DEPS lib ...] [PRIVATE lib ...])
 # A static library whose headers are included as "folder/header.h" from engine/ (or "lightformer/...").
 function(ng_library name)
@@ -10,6 +15,27 @@ function(ng_library name)
   add_library(${name} STATIC ${A_SOURCES})
   target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR}/engine ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${A_DEPS} PRIVATE ${A_PRIVATE} m)
+endfunction()
+
+# ng_kernels(OUT SOURCE): a file built once for each instruction set, with NG_KERNELS as "plain", "avx2" or "avx512" to name
+# what it defines; OUT lists the objects. Which one runs is asked of base/cpu.h. The bytes are the same for all: nothing is fused.
+# Infinities do not trap, so that branches become selects.
+function(ng_kernels out source)
+  set(avx2 -mavx2)
+  set(avx512 -mavx512f -mavx512vl -mavx512dq -mavx512bw -mprefer-vector-width=512)
+  set(sets plain)
+  if(NG_X86)
+    list(APPEND sets avx2 avx512)
+  endif()
+  set(objects)
+  foreach(set IN LISTS sets)
+    add_library(${out}_${set} OBJECT ${source})
+    target_include_directories(${out}_${set} PRIVATE ${CMAKE_SOURCE_DIR}/engine ${CMAKE_SOURCE_DIR})
+    target_compile_definitions(${out}_${set} PRIVATE NG_KERNELS=${set})
+    target_compile_options(${out}_${set} PRIVATE -fopenmp-simd -fno-trapping-math ${${set}})
+    list(APPEND objects $<TARGET_OBJECTS:${out}_${set}>)
+  endforeach()
+  set(${out} ${objects} PARENT_SCOPE)
 endfunction()
 
 # So that LeakSanitizer can tell whose leak it is.
