@@ -1,6 +1,6 @@
-// A picture of tiles: a row for each crop, a tile for each channel. A tile is a function from a pixel to a
-// colour. Radiance is shown at one exposure a crop (its mean at 0.18), everything else as numbers from 0
-// to 1.
+// A picture of tiles: a row for each crop, a tile for each channel. A tile is how the values of a pixel are
+// read and how they become a colour. Radiance is shown at one exposure a crop (its mean at 0.18), everything
+// else as numbers from 0 to 1.
 #include "lightformer/dataset/dataset.h"
 
 #include "asset/png.h"
@@ -35,7 +35,13 @@ struct sheet {
     unsigned char *rgb;
 };
 
-typedef void (*tile_fn)(const struct row *row, size_t pixel, float out[3]);
+typedef void (*read_fn)(const struct row *row, const char *name, size_t pixel, float out[3]);
+
+struct tile {
+    read_fn read;
+    const char *name;                                   // of the tensor, where it is one
+    void (*color)(const struct row *row, float rgb[3]); // null: as it is
+};
 
 // ---- values ----------------------------------------------------------------------------------------------
 
@@ -72,7 +78,9 @@ static void fill(float value, float out[3])
     out[0] = out[1] = out[2] = value;
 }
 
-static void show(const struct row *row, float rgb[3])
+// ---- colours ---------------------------------------------------------------------------------------------
+
+static void radiance(const struct row *row, float rgb[3])
 {
     for (int c = 0; c < 3; c++)
         rgb[c] = fmaxf(rgb[c] * row->exposure, 0);
@@ -81,11 +89,32 @@ static void show(const struct row *row, float rgb[3])
         rgb[c] = ng_srgb_encode(ng_tonemap(rgb[c], peak, toe));
 }
 
-// ---- tiles of a crop -------------------------------------------------------------------------------------
+static void reflectance(const struct row *row, float rgb[3])
+{
+    NG_UNUSED(row);
+    for (int c = 0; c < 3; c++)
+        rgb[c] = ng_srgb_encode(rgb[c]);
+}
 
-static void linear_beauty(const struct row *row, size_t i, float out[3])
+static void vector(const struct row *row, float rgb[3])
+{
+    NG_UNUSED(row);
+    for (int c = 0; c < 3; c++)
+        rgb[c] = rgb[c] * 0.5f + 0.5f;
+}
+
+static void distance(const struct row *row, float rgb[3])
+{
+    NG_UNUSED(row);
+    fill(rgb[0] * 0.5f, rgb);
+}
+
+// ---- values of a crop ------------------------------------------------------------------------------------
+
+static void beauty(const struct row *row, const char *name, size_t i, float out[3])
 {
     float direct[3], shadow[3], indirect[3], emission[3];
+    NG_UNUSED(name);
     planes(row, "target.unshadowed", i, direct);
     planes(row, "target.shadow", i, shadow);
     planes(row, "target.indirect", i, indirect);
@@ -94,81 +123,7 @@ static void linear_beauty(const struct row *row, size_t i, float out[3])
         out[c] = direct[c] * shadow[c] + indirect[c] + emission[c];
 }
 
-static void beauty(const struct row *row, size_t i, float out[3])
-{
-    linear_beauty(row, i, out);
-    show(row, out);
-}
-
-static void unshadowed(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "target.unshadowed", i, out);
-    show(row, out);
-}
-
-static void shadow(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "target.shadow", i, out);
-}
-
-static void indirect(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "target.indirect", i, out);
-    show(row, out);
-}
-
-static void emission(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "gbuffer.emission", i, out);
-    show(row, out);
-}
-
-static void diffuse(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "pixel.diffuse", i, out);
-    for (int c = 0; c < 3; c++)
-        out[c] = ng_srgb_encode(out[c]);
-}
-
-static void specular(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "pixel.specular", i, out);
-    for (int c = 0; c < 3; c++)
-        out[c] = ng_srgb_encode(out[c]);
-}
-
-static void roughness(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "pixel.roughness", i, out);
-}
-
-static void normal(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "pixel.normal", i, out);
-    for (int c = 0; c < 3; c++)
-        out[c] = out[c] * 0.5f + 0.5f;
-}
-
-static void position(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "pixel.position", i, out);
-    for (int c = 0; c < 3; c++)
-        out[c] = out[c] * 0.5f + 0.5f;
-}
-
-static void mirror(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "pixel.mirror", i, out);
-}
-
-static void mirror_albedo(const struct row *row, size_t i, float out[3])
-{
-    planes(row, "pixel.mirror_albedo", i, out);
-    for (int c = 0; c < 3; c++)
-        out[c] = ng_srgb_encode(out[c]);
-}
-
-// ---- tiles of a light ------------------------------------------------------------------------------------
+// ---- values of a light -----------------------------------------------------------------------------------
 
 // A pixel of a tensor [crops][lights][channels][side][side].
 static void view(const struct row *row, const char *name, size_t pixel, float out[3])
@@ -180,83 +135,55 @@ static void view(const struct row *row, const char *name, size_t pixel, float ou
 }
 
 // What a light's radiance at unit power adds to the picture.
-static void radiance(const struct row *row, const char *name, size_t pixel, float out[3])
+static void light(const struct row *row, const char *name, size_t pixel, float out[3])
 {
     float share = number(tensor(row, "light.share"), row->light),
           unit = number(tensor(row, "frame.radiance"), 0);
     view(row, name, pixel, out);
     for (int c = 0; c < 3; c++)
         out[c] *= share * unit;
-    show(row, out);
 }
 
-static void light_diffuse(const struct row *row, size_t i, float out[3])
-{
-    radiance(row, "view.diffuse", i, out);
-}
-
-static void light_glossy(const struct row *row, size_t i, float out[3])
-{
-    radiance(row, "view.glossy", i, out);
-}
-
-static void light_bounce(const struct row *row, size_t i, float out[3])
-{
-    radiance(row, "view.bounce", i, out);
-}
-
-static void light_mirror(const struct row *row, size_t i, float out[3])
-{
-    radiance(row, "view.mirror", i, out);
-}
-
-static void light_mirror_bounce(const struct row *row, size_t i, float out[3])
-{
-    radiance(row, "view.mirror_bounce", i, out);
-}
-
-static void receiver_distance(const struct row *row, size_t i, float out[3])
-{
-    view(row, "view.distance", i, out);
-    fill(out[0] * 0.5f, out);
-}
-
-static void ratio(const struct row *row, size_t i, float out[3])
+static void ratio(const struct row *row, const char *name, size_t i, float out[3])
 {
     float d[3], d_f[3];
+    NG_UNUSED(name);
     view(row, "view.occluder", i, d);
     view(row, "view.distance", i, d_f);
     fill(d_f[0] > 0 ? d[0] / d_f[0] : 1, out);
 }
 
 // Blue where something stands before the point; a tenth of the radius is full.
-static void difference(const struct row *row, size_t i, float out[3])
+static void difference(const struct row *row, const char *name, size_t i, float out[3])
 {
     float d[3], d_f[3];
+    NG_UNUSED(name);
     view(row, "view.occluder", i, d);
     view(row, "view.distance", i, d_f);
     out[0] = out[1] = 0.2f;
     out[2] = 0.2f + (d_f[0] - d[0]) * 10;
 }
 
-static void light_cosine(const struct row *row, size_t i, float out[3])
+static void light_cosine(const struct row *row, const char *name, size_t i, float out[3])
 {
     float n[3], l[3];
+    NG_UNUSED(name);
     planes(row, "pixel.normal", i, n);
     view(row, "view.direction", i, l);
     fill(dot(n, l), out);
 }
 
-static void view_cosine(const struct row *row, size_t i, float out[3])
+static void view_cosine(const struct row *row, const char *name, size_t i, float out[3])
 {
     float n[3], v[3];
+    NG_UNUSED(name);
     planes(row, "pixel.normal", i, n);
     planes(row, "pixel.view", i, v);
     fill(dot(n, v), out);
 }
 
 // The rows of the RSM one after another, over the whole tile.
-static void texel(const struct row *row, size_t i, const char *name, float out[3])
+static void texel(const struct row *row, const char *name, size_t i, float out[3])
 {
     const struct lf_tensor *t = tensor(row, name);
     size_t rows = t->shape[2], at = i * rows / (row->side * row->side);
@@ -265,33 +192,31 @@ static void texel(const struct row *row, size_t i, const char *name, float out[3
         out[c] = number(t, (row->light * 3 + c) * rows + at);
 }
 
-static void texel_flux(const struct row *row, size_t i, float out[3])
-{
-    texel(row, i, "texel.flux", out);
-    for (int c = 0; c < 3; c++) // a texel's even share of the light comes out bright
-        out[c] = ng_srgb_encode(out[c]);
-}
+// ---- tiles -----------------------------------------------------------------------------------------------
 
-static void texel_normal(const struct row *row, size_t i, float out[3])
-{
-    texel(row, i, "texel.normal", out);
-    for (int c = 0; c < 3; c++)
-        out[c] = out[c] * 0.5f + 0.5f;
-}
-
-static void texel_position(const struct row *row, size_t i, float out[3])
-{
-    texel(row, i, "texel.position", out);
-    for (int c = 0; c < 3; c++)
-        out[c] = out[c] * 0.5f + 0.5f;
-}
-
-static const tile_fn crop_tiles[] = {beauty, unshadowed, shadow,   indirect,  emission, position,
-                                     normal, diffuse,    specular, roughness, mirror,   mirror_albedo};
-static const tile_fn light_tiles[] = {
-    receiver_distance, ratio,        difference,    light_cosine, view_cosine,
-    light_diffuse,     light_glossy, light_bounce,  light_mirror, light_mirror_bounce,
-    texel_flux,        texel_normal, texel_position};
+static const struct tile crop_tiles[] = {
+    {beauty, NULL, radiance},
+    {planes, "target.unshadowed", radiance},
+    {planes, "target.shadow", NULL},
+    {planes, "target.indirect", radiance},
+    {planes, "gbuffer.emission", radiance},
+    {planes, "pixel.position", vector},
+    {planes, "pixel.normal", vector},
+    {planes, "pixel.diffuse", reflectance},
+    {planes, "pixel.specular", reflectance},
+    {planes, "pixel.roughness", NULL},
+    {planes, "pixel.mirror", NULL},
+    {planes, "pixel.mirror_albedo", reflectance},
+};
+static const struct tile light_tiles[] = {
+    {view, "view.distance", distance},  {ratio, NULL, NULL},
+    {difference, NULL, NULL},           {light_cosine, NULL, NULL},
+    {view_cosine, NULL, NULL},          {light, "view.diffuse", radiance},
+    {light, "view.glossy", radiance},   {light, "view.bounce", radiance},
+    {light, "view.mirror", radiance},   {light, "view.mirror_bounce", radiance},
+    {texel, "texel.flux", reflectance}, // a texel's even share of the light comes out bright
+    {texel, "texel.normal", vector},    {texel, "texel.position", vector},
+};
 
 // ---- the sheet -------------------------------------------------------------------------------------------
 
@@ -300,7 +225,8 @@ static unsigned char to_byte(float x)
     return (unsigned char)(fminf(fmaxf(x, 0), 1) * 255 + 0.5f);
 }
 
-static void draw_tile(struct sheet *sheet, const struct row *row, tile_fn tile, size_t column, size_t line)
+static void draw_tile(struct sheet *sheet, const struct row *row, const struct tile *tile, size_t column,
+                      size_t line)
 {
     size_t x0 = GAP + column * (row->side + GAP), y0 = GAP + line * (row->side + GAP);
     if (x0 + row->side > sheet->width || y0 + row->side > sheet->height)
@@ -309,7 +235,9 @@ static void draw_tile(struct sheet *sheet, const struct row *row, tile_fn tile, 
         sheet->used = (uint32_t)(x0 + row->side + GAP);
     for (size_t i = 0; i < row->side * row->side; i++) {
         float rgb[3];
-        tile(row, i, rgb);
+        tile->read(row, tile->name, i, rgb);
+        if (tile->color)
+            tile->color(row, rgb);
         for (size_t c = 0; c < 3; c++)
             sheet->rgb[((y0 + i / row->side) * sheet->width + x0 + i % row->side) * 3 + c] = to_byte(rgb[c]);
     }
@@ -321,15 +249,15 @@ static void draw_row(struct sheet *sheet, struct row *row, size_t line)
     size_t n = row->side * row->side, column = 0;
     for (size_t i = 0; i < n; i++) {
         float rgb[3];
-        linear_beauty(row, i, rgb);
+        beauty(row, NULL, i, rgb);
         mean += ((double)rgb[0] + (double)rgb[1] + (double)rgb[2]) / 3 / (double)n;
     }
     row->exposure = mean > 0 ? (float)(0.18 / mean) : 1;
     for (size_t t = 0; t < NG_COUNT(crop_tiles); t++)
-        draw_tile(sheet, row, crop_tiles[t], column++, line);
+        draw_tile(sheet, row, &crop_tiles[t], column++, line);
     for (row->light = 0; row->light < row->lights && row->light < MAX_LIGHTS; row->light++)
         for (size_t t = 0; t < NG_COUNT(light_tiles); t++)
-            draw_tile(sheet, row, light_tiles[t], column++, line);
+            draw_tile(sheet, row, &light_tiles[t], column++, line);
 }
 
 // Everything that the tiles read, in the shape that they read it. The shard is whole, but who wrote it?
