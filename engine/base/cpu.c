@@ -31,12 +31,15 @@ bool ng_cpu_has(enum ng_cpu_feature feature)
 {
     __builtin_cpu_init();
     switch (feature) {
-    case NG_CPU_AVX2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    case NG_CPU_AVX2:
+        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     case NG_CPU_AVX512:
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-    case NG_CPU_AVX512_BF16: return has_avx512_bf16();
-    case NG_CPU_AMX_BF16: return has_avx512_bf16() && has_amx_bf16();
+    case NG_CPU_AVX512_BF16:
+        return has_avx512_bf16();
+    case NG_CPU_AMX_BF16:
+        return has_avx512_bf16() && has_amx_bf16();
     }
     return false;
 }
