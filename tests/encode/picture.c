@@ -45,8 +45,9 @@ static void put(uint16_t *to, const float rgb[3], float w)
 static void draw(struct picture *p, const struct scene *s)
 {
     for (uint32_t i = 0; i < p->width * p->height; i++) {
-        float x = ((float)(i % p->width) + 0.5f) / (float)p->width * 2 - 1,
-              y = ((float)(i / p->width) + 0.5f) / (float)p->height * 2 - 1, flat[2];
+        uint32_t column = i % p->width, line = i / p->width;
+        float x = ((float)column + 0.5f) / (float)p->width * 2 - 1,
+              y = ((float)line + 0.5f) / (float)p->height * 2 - 1, flat[2];
         struct lf_ray ray;
         struct lf_hit hit;
         struct lf_surface at;

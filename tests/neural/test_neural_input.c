@@ -132,10 +132,9 @@ static void materials_may_hold_anything(void **state)
     struct method m;
     room_open(&r, POINT | PANEL);
     method_open(&r, NULL, &m);
-    struct ng_material *material = ng_world_edit(r.scene.world, r.red, NG_MATERIAL);
     const float bad[] = {NAN, INFINITY, 1e30f};
     for (size_t i = 0; i < NG_COUNT(bad); i++) {
-        material = ng_world_edit(r.scene.world, r.red, NG_MATERIAL);
+        struct ng_material *material = ng_world_edit(r.scene.world, r.red, NG_MATERIAL);
         material->base_color[0] = material->roughness = bad[i];
         draw_and_check(&r, &m);
     }
