@@ -53,12 +53,6 @@ void ng_log(enum ng_log_level level, const char *fmt, ...)
     va_end(args);
 }
 
-ng_result ng_out_of_memory(const char *what)
-{
-    ng_log_error("out of memory: %s", what);
-    return NG_ERROR_MEMORY;
-}
-
 void ng_require_failed_(const char *file, int line, const char *func, const char *fmt, ...)
 {
     char rule[1024];

@@ -16,7 +16,6 @@
 #include "render/light_gpu.h"
 #include "render/scene_gpu.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -144,7 +143,6 @@ static ng_result add_slot(struct lf_encoder *self, const struct ng_snapshot_ligh
         destroy_slot(slot);
     else
         *out = slot;
-    assert(result != NG_OK || *out);
     return result;
 }
 

@@ -25,7 +25,7 @@ static bool fit_image(struct lf_stored_image *s, const struct lf_image *shape)
     image.stride = 2 * LF_BORDER + ((size_t)image.width + LF_STEP - 1) / LF_STEP * LF_STEP;
     size_t words = ((size_t)image.height + 2) * image.rows * image.stride + slack,
            bytes = words * sizeof *image.words;
-    if (bytes > s->capacity) {
+    if (!s->memory || bytes > s->capacity) {
         finish_image(s);
         s->memory = aligned_alloc(64, (bytes + 63) / 64 * 64);
         if (!s->memory)
@@ -140,14 +140,13 @@ static void finish_reductions(const struct lf_run *run)
 
 // ---- Stages ---------------------------------------------------------------------------------------------
 
-static uint32_t row_count(const struct lf_run *run, const struct lf_net_light_inputs *rows,
-                          enum lf_net_domain domain)
+static uint32_t row_count(const struct lf_run *run, enum lf_net_domain domain)
 {
     switch (domain) {
     case LF_DOMAIN_VPL:
-        return rows->vpl_count;
+        return run->vpl_count;
     case LF_DOMAIN_TEXEL:
-        return rows->texel_count;
+        return run->texel_count;
     case LF_DOMAIN_LIGHT:
         return run->light_count;
     default:
@@ -155,11 +154,11 @@ static uint32_t row_count(const struct lf_run *run, const struct lf_net_light_in
     }
 }
 
-static void set_grid(struct lf_run *run, const struct lf_net_light_inputs *rows)
+static void set_grid(struct lf_run *run)
 {
     const struct lf_segment *s = run->segment;
     bool picture = s->domain == LF_DOMAIN_VIEW;
-    run->width = picture ? lf_level_size(run->picture_width, s->level) : row_count(run, rows, s->domain);
+    run->width = picture ? lf_level_size(run->picture_width, s->level) : row_count(run, s->domain);
     run->height = picture ? lf_level_size(run->picture_height, s->level) : 1;
     run->inner_width = picture && s->level ? lf_level_size(run->picture_width, s->level - 1) : 0;
     run->inner_height = picture && s->level ? lf_level_size(run->picture_height, s->level - 1) : 0;
@@ -169,26 +168,26 @@ static void set_grid(struct lf_run *run, const struct lf_net_light_inputs *rows)
 }
 
 // Where a linear was moved behind its mean: of no rows, the mean of its results is still 0.
-static void clear_empty(const struct lf_run *run, const struct lf_net_light_inputs *rows)
+static void clear_empty(const struct lf_run *run)
 {
     const struct lf_net *net = run->executor->net;
-    for (size_t i = 0; i < net->ops.count && rows; i++) {
+    for (size_t i = 0; run->stage == LF_STAGE_LIGHT && i < net->ops.count; i++) {
         const struct lf_value *v = &net->values.items[net->ops.items[i].out];
         if (v->rows != LF_NO_VALUE && v->domain == LF_DOMAIN_LIGHT &&
-            row_count(run, rows, (enum lf_net_domain)v->rows) == 0)
+            row_count(run, (enum lf_net_domain)v->rows) == 0)
             memset((float *)vector_of(run->executor, net->ops.items[i].out, 0), 0,
                    v->channels * sizeof(float));
     }
 }
 
-static ng_result run_stage(struct lf_run *run, const struct lf_net_light_inputs *rows)
+static ng_result run_stage(struct lf_run *run)
 {
     struct lf_net_executor *e = run->executor;
     for (uint32_t i = e->plan.stage_begin[run->stage]; i < e->plan.stage_begin[run->stage + 1]; i++) {
         run->segment = &e->plan.segments.items[i];
         if (run->segment->nested)
             continue;
-        set_grid(run, rows);
+        set_grid(run);
         size_t sums = (size_t)run->tiles * run->height * run->segment->sums;
         if (sums > e->sums.count && !ng_array_resize(&e->sums, sums))
             return ng_out_of_memory("the sums of a network");
@@ -197,7 +196,7 @@ static ng_result run_stage(struct lf_run *run, const struct lf_net_light_inputs 
             find_biases(run, &e->plan.segments.items[run->segment->inner]);
         lf_run_segment(run);
         finish_reductions(run);
-        clear_empty(run, rows);
+        clear_empty(run);
     }
     return NG_OK;
 }
@@ -216,8 +215,12 @@ ng_result lf_net_encode_light(struct lf_net_executor *executor, struct lf_net_en
                               const struct lf_net_light_inputs *inputs)
 {
     NG_REQUIRE(encoding->executor == executor, "an encoding is used with the executor that made it");
-    struct lf_run run = {
-        .executor = executor, .stage = LF_STAGE_LIGHT, .pixels = inputs->values, .light_count = 1};
+    struct lf_run run = {.executor = executor,
+                         .stage = LF_STAGE_LIGHT,
+                         .pixels = inputs->values,
+                         .light_count = 1,
+                         .vpl_count = inputs->vpl_count,
+                         .texel_count = inputs->texel_count};
     encoding->has_light = false;
     if (!fit_lights(executor, 1) || !fit_rows(&run, LF_DOMAIN_VPL, inputs->vpl_count) ||
         !fit_rows(&run, LF_DOMAIN_TEXEL, inputs->texel_count))
@@ -225,7 +228,7 @@ ng_result lf_net_encode_light(struct lf_net_executor *executor, struct lf_net_en
     executor->lights.items[0] = (struct lf_run_light){.inputs = inputs->values, .vectors = encoding->vectors};
     take_vectors(executor, LF_DOMAIN_FRAME, false, inputs->values, executor->frame.items);
     take_vectors(executor, LF_DOMAIN_LIGHT, false, inputs->values, encoding->vectors);
-    NG_TRY(run_stage(&run, inputs));
+    NG_TRY(run_stage(&run));
     encoding->has_light = true;
     return NG_OK;
 }
@@ -249,7 +252,7 @@ ng_result lf_net_encode_view(struct lf_net_executor *executor, struct lf_net_enc
     executor->lights.items[0] =
         (struct lf_run_light){.inputs = view, .vectors = encoding->vectors, .images = encoding->images};
     take_vectors(executor, LF_DOMAIN_FRAME, false, frame->values, executor->frame.items);
-    NG_TRY(run_stage(&run, NULL));
+    NG_TRY(run_stage(&run));
     encoding->has_view = true;
     encoding->width = frame->width;
     encoding->height = frame->height;
@@ -312,7 +315,7 @@ ng_result lf_net_gather(struct lf_net_executor *executor, const struct lf_net_pi
     take_vectors(executor, LF_DOMAIN_FRAME, true, frame->values, executor->frame.items);
     for (uint32_t i = 0; i < light_count; i++)
         set_light(executor, i, &lights[i]);
-    return run_stage(&run, NULL);
+    return run_stage(&run);
 }
 
 // ---- Life -----------------------------------------------------------------------------------------------

@@ -66,8 +66,8 @@ struct lf_run {
     uint32_t width, height, tiles, tile; // of the segment's grid; tiles a row, the width of each
     uint32_t inner_width, inner_height;  // of the inner segment's grid
     uint32_t light_count;
+    uint32_t vpl_count, texel_count; // of the light that is encoded
     float *outputs[3];
-    bool failed;
 };
 
 // Runs the segment's codes over all its tiles.

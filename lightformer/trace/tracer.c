@@ -492,7 +492,7 @@ static ng_result build(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 // Whether the snapshot has the instances that the slots were made from, and the same ones are emitters.
 static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
-    if (!t->scene || t->slot_count != snapshot->instance_count)
+    if (!t->slots || t->slot_count != snapshot->instance_count)
         return false;
     for (uint32_t i = 0; i < t->slot_count; i++) {
         const struct ng_snapshot_instance *instance = &snapshot->instances[i];

@@ -124,13 +124,20 @@ float *room_layer(const struct room *r, struct method *m, const char *name)
     return copy;
 }
 
+static uint32_t bits_of(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
 void assert_same_picture(const struct room *r, struct method *a, struct method *b, const char *after)
 {
     size_t count = (size_t)r->width * r->height * 3;
     for (int p = 0; p < PARTS; p++) {
         float *x = room_layer(r, a, parts[p]), *y = room_layer(r, b, parts[p]);
         for (size_t i = 0; i < count; i++)
-            if (memcmp(&x[i], &y[i], sizeof x[i]) != 0)
+            if (bits_of(x[i]) != bits_of(y[i]))
                 fail_msg("after %s, %s differs at (%zu, %zu): %.9g and %.9g", after, parts[p],
                          i / 3 % r->width, i / 3 / r->width, (double)x[i], (double)y[i]);
         free(x);
