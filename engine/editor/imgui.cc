@@ -4,6 +4,8 @@
 
 #include <imgui.h>
 
+#include <cfloat>
+
 void ng_imgui_create(float scale)
 {
     ImGui::CreateContext();
@@ -50,7 +52,9 @@ bool ng_imgui_has_pointer(void)
 
 bool ng_imgui_window_begin(const char *title, float x, float y)
 {
+    const float most = ImGui::GetIO().DisplaySize.y - y;
     ImGui::SetNextWindowPos(ImVec2(x, y), ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowSizeConstraints(ImVec2(0, 0), ImVec2(FLT_MAX, most > 0 ? most : FLT_MAX));
     return ImGui::Begin(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize);
 }
 

@@ -6,6 +6,8 @@
 //
 //     chess --headless --frames 60 --out out/chess
 //
+// With --neural a network gives all light, instead of the direct light that is rasterized without it.
+//
 // A stage (app/stage.h) holds one of each part of the engine, and draws frames with them. Errors are logged
 // where they happen, by name and with the reason; here they are only passed on.
 #include "app/playback.h"
@@ -15,6 +17,7 @@
 #include "base/file.h"
 #include "base/result.h"
 #include "base/system.h"
+#include "lightformer/neural/neural.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -24,25 +27,54 @@
 #define FRAMES_A_SECOND 30.0
 
 struct options {
-    const char *scene, *out;
-    bool headless;
+    const char *scene, *out, *weights;
+    bool headless, neural;
     int frames;
 };
+
+// What is on show: the scene, and if it is wanted the network that lights it.
+struct show {
+    struct ng_stage *stage;
+    struct lf_neural *neural;
+    const char *method; // of lighting; null: rasterized
+};
+
+// A method joins the renderer under its name; frames ask for it by that.
+static ng_result add_neural(struct show *s, const struct options *o)
+{
+    const struct lf_neural_params params = {.weights = o->weights, .jobs = s->stage->jobs};
+    NG_TRY(lf_neural_create(&params, &s->neural));
+    NG_TRY(lf_neural_join(s->neural, ng_renderer_composer(s->stage->renderer)));
+    s->method = LF_NEURAL_METHOD;
+    return NG_OK;
+}
+
+static ng_result open_show(struct show *s, const struct options *o, struct ng_window *window)
+{
+    *s = (struct show){0};
+    NG_TRY(ng_stage_create(&(struct ng_stage_params){.scene = o->scene, .window = window}, &s->stage));
+    return o->neural ? add_neural(s, o) : NG_OK;
+}
+
+static void close_show(struct show *s)
+{
+    lf_neural_destroy(&s->neural);
+    ng_stage_destroy(&s->stage);
+}
 
 // In a window: time goes on as it does outside, until somebody presses Escape or closes it.
 static ng_result play(const struct options *o)
 {
     struct ng_window *window;
-    struct ng_stage *stage;
+    struct show show;
     NG_TRY(
         ng_window_create(&(struct ng_window_params){.title = "Chess", .width = 960, .height = 720}, &window));
-    ng_result result =
-        ng_stage_create(&(struct ng_stage_params){.scene = o->scene, .window = window}, &stage);
+    ng_result result = open_show(&show, o, window);
 
     struct ng_playback playback = {.playing = true};
     uint64_t before_ns = ng_clock_ns();
     if (result == NG_OK)
-        playback.duration = (double)stage->scene.duration;
+        playback.duration = (double)show.stage->scene.duration;
     while (result == NG_OK && !window->closed) {
         uint64_t now_ns = ng_clock_ns();
         ng_playback_advance(&playback, (double)(now_ns - before_ns) * 1e-9);
@@ -51,28 +83,30 @@ static ng_result play(const struct options *o)
         ng_window_poll(window);
         if (window->input.pressed[NG_KEY_ESCAPE])
             ng_window_close(window);
-        result =
-            ng_stage_draw(stage, &(struct ng_stage_frame){.time = playback.time, .still = playback.jumped});
+        result = ng_stage_draw(
+            show.stage,
+            &(struct ng_stage_frame){.time = playback.time, .still = playback.jumped, .method = show.method});
     }
-    ng_stage_destroy(&stage);
+    close_show(&show);
     ng_window_destroy(&window);
     return result;
 }
 
 // Draws one frame and writes what a display would show: DIR/chess.0007.png.
-static ng_result write_frame(struct ng_stage *stage, const struct options *o, int number)
+static ng_result write_frame(const struct show *show, const struct options *o, int number)
 {
     static const char *const layers[] = {"display"};
-    NG_TRY(ng_stage_draw(stage, &(struct ng_stage_frame){
-                                    .time = number / FRAMES_A_SECOND,
-                                    .width = 512,
-                                    .height = 512,
-                                    .layers = layers,
-                                    .layer_count = 1,
-                                }));
+    NG_TRY(ng_stage_draw(show->stage, &(struct ng_stage_frame){
+                                          .time = number / FRAMES_A_SECOND,
+                                          .width = 512,
+                                          .height = 512,
+                                          .method = show->method,
+                                          .layers = layers,
+                                          .layer_count = 1,
+                                      }));
     struct ng_png_params png = {0};
     const uint8_t *pixels;
-    NG_TRY(ng_renderer_display(stage->renderer, &pixels, &png.width, &png.height));
+    NG_TRY(ng_renderer_display(show->stage->renderer, &pixels, &png.width, &png.height));
     png.pixels = pixels;
 
     char path[4096];
@@ -85,23 +119,29 @@ static ng_result write_frame(struct ng_stage *stage, const struct options *o, in
 // Without a display: every frame is drawn, however long it takes.
 static ng_result record(const struct options *o)
 {
-    struct ng_stage *stage;
+    struct show show;
     NG_TRY(ng_file_make_directory(o->out));
-    NG_TRY(ng_stage_create(&(struct ng_stage_params){.scene = o->scene}, &stage));
-    ng_result result = NG_OK;
+    ng_result result = open_show(&show, o, NULL);
     for (int i = 0; i < o->frames && result == NG_OK; i++)
-        result = write_frame(stage, o, i);
-    ng_stage_destroy(&stage);
+        result = write_frame(&show, o, i);
+    close_show(&show);
     return result;
 }
 
 static bool parse(int argc, char **argv, struct options *o)
 {
-    *o = (struct options){.scene = "content/chess/chess.glb", .out = "out", .frames = 1};
+    *o = (struct options){.scene = "content/chess/chess.glb",
+                          .weights = "content/chess/chess.weights.safetensors",
+                          .out = "out",
+                          .frames = 1};
     for (int i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : NULL;
         if (strcmp(argv[i], "--headless") == 0) {
             o->headless = true;
+            continue;
+        }
+        if (strcmp(argv[i], "--neural") == 0) {
+            o->neural = true;
             continue;
         }
         if (strcmp(argv[i], "--frames") == 0 && value && atoi(value) > 0)
@@ -110,6 +150,8 @@ static bool parse(int argc, char **argv, struct options *o)
             o->out = value;
         else if (strcmp(argv[i], "--scene") == 0 && value)
             o->scene = value;
+        else if (strcmp(argv[i], "--weights") == 0 && value)
+            o->weights = value;
         else
             return false;
         i++;
@@ -121,7 +163,9 @@ int main(int argc, char **argv)
 {
     struct options o;
     if (!parse(argc, argv, &o)) {
-        fputs("usage: chess [--scene FILE] [--headless [--frames N] [--out DIR]]\n", stderr);
+        fputs(
+            "usage: chess [--scene FILE] [--neural [--weights FILE]] [--headless [--frames N] [--out DIR]]\n",
+            stderr);
         return 2;
     }
     return (o.headless ? record(&o) : play(&o)) == NG_OK ? 0 : 1;

@@ -172,8 +172,6 @@ static ng_result read_stages(struct subject *s, double ms[STAGES])
             add_pass(ms, &stats[i]);
         s->runs.items[i] = stats[i].runs;
     }
-    // The first pass on the host that reads the G-buffer waits for it.
-    ms[SCREEN] = fmax(ms[SCREEN] - ms[GBUFFER], 0);
     return NG_OK;
 }
 

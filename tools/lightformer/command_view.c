@@ -253,7 +253,7 @@ static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng
     if (v->show_choices)
         view_panel_picture(v->ui, &v->picture);
     if (v->show_times)
-        view_panel_times(v->ui, &v->times, v->stage, v->frame_ms);
+        view_panel_times(v->ui, &v->times, v->stage, v->frame_ms, v->show_choices);
     if (!v->hide_captions)
         draw_captions(v);
     return ng_ui_add_pass(v->ui, graph, display);

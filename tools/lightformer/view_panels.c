@@ -7,7 +7,7 @@
 
 #define LAYERS_A_LINE 5
 #define EDGE          8.0f
-#define TIMES_Y       245.0f // below the choices
+#define CHOICES_END   245.0f // where the times have room below
 
 static void choose_comparison(struct ng_ui *ui, struct view_picture *p)
 {
@@ -60,11 +60,12 @@ static bool ran(const struct view_times *times, size_t pass, uint64_t runs)
     return pass < times->runs.count && runs != times->runs.items[pass];
 }
 
-void view_panel_times(struct ng_ui *ui, struct view_times *times, struct ng_stage *stage, double frame_ms)
+void view_panel_times(struct ng_ui *ui, struct view_times *times, struct ng_stage *stage, double frame_ms,
+                      bool below_choices)
 {
     size_t count;
     const struct ng_pass_stats *passes = ng_graph_stats(ng_renderer_graph(stage->renderer), &count);
-    if (ng_ui_window_begin(ui, "Times", EDGE, TIMES_Y)) {
+    if (ng_ui_window_begin(ui, "Times", EDGE, below_choices ? CHOICES_END : EDGE)) {
         ng_ui_text(ui, "    CPU     GPU  ms");
         ng_ui_text(ui, "%7.2f          frame", frame_ms);
         ng_ui_text(ui, "%7.2f          world", stage->world_ms);

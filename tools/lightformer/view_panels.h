@@ -16,7 +16,8 @@ void view_panel_picture(struct ng_ui *ui, struct view_picture *picture);
 struct view_times {
     NG_ARRAY(uint64_t) runs; // of each pass, when last shown
 };
-void view_panel_times(struct ng_ui *ui, struct view_times *times, struct ng_stage *stage, double frame_ms);
+void view_panel_times(struct ng_ui *ui, struct view_times *times, struct ng_stage *stage, double frame_ms,
+                      bool below_choices);
 void view_times_finish(struct view_times *times);
 
 #endif
