@@ -3,11 +3,15 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
+import time
 import unittest
 from pathlib import Path
 
 from files import ROOT, scratch
+
+from study import tables
 
 OUT, DATA = Path(scratch("out")), scratch("data")
 HAS_TORCH = subprocess.run(["/usr/bin/python3", "-c", "import torch"], capture_output=True, check=False).returncode == 0
@@ -36,7 +40,8 @@ class Ablations(unittest.TestCase):
         shutil.rmtree(OUT, ignore_errors=True)
         done = ablations(scratch("nothing"), "--steps", "1", "--out", str(OUT))
         self.assertEqual(done.returncode, 1)
-        self.assertIn("train: ", done.stderr.splitlines()[-1])
+        self.assertIn("manifest.json: No such file", done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1)
 
     @unittest.skipUnless(HAS_TORCH, "no PyTorch (tools/setup --train)")
     def test_trained_and_judged(self):
@@ -56,7 +61,7 @@ class Ablations(unittest.TestCase):
         )
         command = (
             DATA,
-            *"--steps 2 --presets structured-small --only mirror --frames 1 --size 32 --spp 2".split(),
+            *"--steps 2 --jobs 2 --presets structured-small --only mirror --frames 1 --size 32 --spp 2".split(),
             "--out",
             str(OUT),
         )
@@ -68,3 +73,54 @@ class Ablations(unittest.TestCase):
         self.assertEqual(len(trained), 2)
         self.assertEqual(ablations(*command).stdout, first.stdout)
         self.assertEqual(trained, {path: path.stat().st_mtime_ns for path in trained})
+        self.assertEqual(result["training"]["jobs"], 2)
+        self.assertEqual(set(result["training"]["steps"].values()), {2})
+        self.assertIn("2 at a time", tables.text(tables.of_ablations(result)))
+        self.refuses_a_mixture(command)
+        self.goes_on_after_a_kill()
+
+    def refuses_a_mixture(self, command):
+        """Networks of other lengths of training are not compared."""
+        done = ablations(*command[:1], "--steps", "3", *command[3:])
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+        self.assertIn("length 2 steps", done.stderr)
+
+    def goes_on_after_a_kill(self):
+        """Terminated, it leaves checkpoints and goes on from them; killed, its trainings keep others away."""
+        out = Path(scratch("long"))
+        shutil.rmtree(out, ignore_errors=True)
+        command = [os.path.join(ROOT, "tools/eval/ablations"), DATA, *"--steps 100000 --jobs 2 --only mirror".split()]
+        command += ["--presets", "structured-small", "--out", str(out)]
+        for end, status in ((signal.SIGTERM, 130), (signal.SIGKILL, -signal.SIGKILL)):
+            study = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            trained = [out / f"structured-small{part}.log" for part in ("", "-without-mirror")]
+            wait_until(lambda: all(log.exists() and "step " in log.read_text() for log in trained))
+            study.send_signal(end)
+            self.assertEqual(study.wait(), status)
+            if end == signal.SIGTERM:
+                self.assertEqual(len(list(out.glob("*.checkpoint"))), 2)
+                for log in trained:
+                    log.unlink()
+        self.assertIn("at work there", ablations(*command[1:]).stderr)
+        for process in trainings_in(out):
+            os.kill(process, signal.SIGTERM)
+        wait_until(lambda: not trainings_in(out))
+
+
+def wait_until(done):
+    """Fails by the time limit of the test as a whole."""
+    while not done():
+        time.sleep(0.2)
+
+
+def trainings_in(folder):
+    """Processes whose command names a file there."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            words = entry.read_bytes().split(b"\0")
+        except OSError:
+            continue
+        if any(word.endswith(b"train.py") for word in words) and any(bytes(folder) in word for word in words):
+            found.append(int(entry.parent.name))
+    return found

@@ -1,25 +1,32 @@
 """tools/eval/ablations: each part of the networks left out, trained for the same time, on the same test frames.
 
-Networks that are there are not trained again, and a training that was interrupted goes on.
+It may be interrupted at any moment, and the same command goes on: networks that are there are not trained again, others
+from their checkpoints. Where the study alone was killed, its trainings go on, and the folder is locked until they end.
 """
 
 import argparse
+import fcntl
+import json
 import os
 import shlex
+import signal
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
 from evaluation import BadInput
 
 from . import quality
-from .renderer import ROOT
+from .renderer import ROOT, digest
 
 sys.path.insert(0, str(ROOT / "tools/train"))
-from lightformer_train import families  # noqa: E402  (needs neither PyTorch nor anything else)
+from lightformer_train import families, weights  # noqa: E402  (they do without PyTorch)
 
 TRAIN = ROOT / "tools/train/train.py"
+TRAINING = "training.json"  # how the networks of a folder are trained
+POLL_SECONDS = 0.2
 
 
 @dataclass(frozen=True)
@@ -47,6 +54,13 @@ def parse(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--minutes", default="10", metavar="M", help="of each training (default 10)")
     length.add_argument("--steps", metavar="N", help="instead of minutes")
+    add(
+        "--jobs",
+        type=quality.positive,
+        default=1,
+        metavar="N",
+        help="trainings at a time, which share the processors evenly (default 1)",
+    )
     add(
         "--presets",
         nargs="+",
@@ -76,23 +90,112 @@ def file_of(ablation: Ablation, options: argparse.Namespace) -> Path:
     return options.out / f"{ablation.name}.safetensors"
 
 
-def train(ablation: Ablation, options: argparse.Namespace) -> None:
-    """Trains a network if it is not there."""
+# ---- training
+
+
+def conditions(options: argparse.Namespace) -> dict:
+    """What all networks of a folder have in common."""
+    processors = len(os.sched_getaffinity(0))
+    return {
+        "data": [[folder.name, digest(folder / "manifest.json")] for folder in options.data],
+        "length": f"{options.steps} steps" if options.steps else f"{options.minutes} minutes",
+        "jobs": options.jobs,
+        "threads": max(1, processors // options.jobs),
+    }
+
+
+def agree(options: argparse.Namespace) -> dict:
+    """Refuses to mix networks that were trained in different ways."""
+    wanted, path = conditions(options), options.out / TRAINING
+    if not path.exists():
+        unfinished = path.with_suffix(".tmp")
+        unfinished.write_text(json.dumps(wanted, indent=1), encoding="utf-8")
+        unfinished.replace(path)
+    earlier = quality.read_json(path)
+    differing = [key for key, value in wanted.items() if earlier.get(key) != value]
+    if differing:
+        found = ", ".join(f"{key} {earlier.get(key)}" for key in differing)
+        raise BadInput(f"{options.out}: its networks are trained otherwise ({found}); choose another --out")
+    return wanted
+
+
+def lock(folder: Path) -> int:
+    """A descriptor that keeps other studies out of the folder, as long as this process or one that inherits it lives."""
+    descriptor = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise BadInput(f"{folder}: another study, or a training that it began, is at work there") from None
+    return descriptor
+
+
+def start(ablation: Ablation, options: argparse.Namespace, threads: int, held: int) -> subprocess.Popen:
+    """Begins or goes on with a training, which says what it does in a log."""
     output = file_of(ablation, options)
-    if output.exists():
-        return
     length = ["--steps", options.steps] if options.steps else ["--minutes", options.minutes]
     arguments = [*map(str, options.data), "-o", str(output), "--preset", ablation.preset, *length]
+    arguments += ["--threads", str(threads)]
     arguments += ["--without", ablation.without] if ablation.without else []
     arguments += ["--resume"] if output.with_suffix(".checkpoint").exists() else []
-    log = options.out / f"{ablation.name}.log"
-    print(f"training {ablation.name}: {log}", file=sys.stderr, flush=True)
+    print(f"training {ablation.name}: {log_of(ablation, options)}", file=sys.stderr, flush=True)
     environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
-    with open(log, "a", encoding="utf-8") as file:
-        done = subprocess.run([TRAIN, *arguments], stdout=file, stderr=subprocess.STDOUT, env=environment, check=False)
-    if done.returncode != 0:
-        lines = log.read_text(encoding="utf-8").strip().splitlines()
-        raise BadInput(lines[-1] if lines else f"{TRAIN}: exit code {done.returncode}")
+    with open(log_of(ablation, options), "a", encoding="utf-8") as log:
+        return subprocess.Popen(
+            [TRAIN, *arguments], stdout=log, stderr=subprocess.STDOUT, env=environment, pass_fds=[held]
+        )
+
+
+def log_of(ablation: Ablation, options: argparse.Namespace) -> Path:
+    """What its training says."""
+    return options.out / f"{ablation.name}.log"
+
+
+def train(chosen: list[Ablation], options: argparse.Namespace, threads: int) -> None:
+    """All networks that are not there yet, several at a time."""
+    held = lock(options.out)
+    waiting = [ablation for ablation in chosen if not file_of(ablation, options).exists()]
+    running: dict[subprocess.Popen, Ablation] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < options.jobs:
+                ablation = waiting.pop(0)
+                running[start(ablation, options, threads, held)] = ablation
+            time.sleep(POLL_SECONDS)
+            for process in [process for process in running if process.poll() is not None]:
+                check(process, running.pop(process), options)
+    finally:
+        for process in running:
+            process.terminate()  # it leaves a checkpoint
+        for process in running:
+            process.wait()
+        os.close(held)
+
+
+def check(process: subprocess.Popen, ablation: Ablation, options: argparse.Namespace) -> None:
+    """Of a training that has ended."""
+    if process.returncode == 0:
+        return
+    lines = log_of(ablation, options).read_text(encoding="utf-8").strip().splitlines()
+    raise BadInput(lines[-1] if lines else f"{TRAIN}: exit code {process.returncode}")
+
+
+def steps_of(path: Path) -> int | None:
+    """How many steps a network was trained for, by its own account."""
+    try:
+        words = shlex.split(weights.read_header(path)[1].get("training", ""))
+    except weights.FileError as error:
+        raise BadInput(str(error)) from None
+    return int(words[words.index("--steps") + 1]) if "--steps" in words[:-1] else None
+
+
+def study(options: argparse.Namespace, judging: argparse.Namespace, chosen: list[Ablation]) -> None:
+    """Trains, then judges."""
+    options.out.mkdir(parents=True, exist_ok=True)
+    common = agree(options)
+    train(chosen, options, common["threads"])
+    steps = {ablation.name: steps_of(file_of(ablation, options)) for ablation in chosen}
+    command = "tools/eval/ablations " + shlex.join(sys.argv[1:])
+    quality.Study(judging, command, {"training": common | {"steps": steps}}).run()
 
 
 def main() -> int:
@@ -104,14 +207,18 @@ def main() -> int:
         return 0
     networks = [f"{ablation.name}={file_of(ablation, options)}" for ablation in chosen]
     judging = quality.parse([*networks, *others, "--only-networks", "--parts", "frames", "--out", str(options.out)])
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        options.out.mkdir(parents=True, exist_ok=True)
-        for ablation in chosen:
-            train(ablation, options)
-        quality.Study(judging, "tools/eval/ablations " + shlex.join(sys.argv[1:])).run()
+        study(options, judging, chosen)
     except BadInput as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
+    except OSError as error:
+        print(f"error: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on", file=sys.stderr)
+        return 130
     return 0
 
 

@@ -40,11 +40,11 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     add = parser.add_argument
     add("weights", nargs="*", type=_named, metavar="[NAME=]WEIGHTS", help="networks; the first is ours")
     add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE")
-    add("--frames", type=_positive, default=20, metavar="N", help="test frames (default 20)")
+    add("--frames", type=positive, default=20, metavar="N", help="test frames (default 20)")
     add("--seeds", type=int, default=900000, metavar="FIRST", help="of their variations (default 900000)")
-    add("--size", type=_positive, default=512, metavar="N", help="pixels a side (default 512)")
-    add("--spp", type=_positive, default=512, metavar="N", help="of each of the two references (default 512)")
-    add("--paths", type=_positive, nargs="*", default=[], metavar="N", help="also judge path tracing with so many spp")
+    add("--size", type=positive, default=512, metavar="N", help="pixels a side (default 512)")
+    add("--spp", type=positive, default=512, metavar="N", help="of each of the two references (default 512)")
+    add("--paths", type=positive, nargs="*", default=[], metavar="N", help="also judge path tracing with so many spp")
     add(
         "--unseen",
         type=Path,
@@ -53,11 +53,11 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         metavar="FILE",
         help="scenes with something that no training showed (default: content/unseen)",
     )
-    add("--unseen-frames", type=_positive, default=5, metavar="N", help="test frames of each (default 5)")
+    add("--unseen-frames", type=positive, default=5, metavar="N", help="test frames of each (default 5)")
     add("--moving", type=Path, default=ROOT / "content/chess/flight.glb", metavar="FILE", help="scene of the sequence")
-    add("--moving-frames", type=_positive, default=30, metavar="N", help="of the sequence (default 30)")
-    add("--moving-size", type=_positive, default=256, metavar="N", help="pixels a side (default 256)")
-    add("--moving-spp", type=_positive, default=256, metavar="N", help="of its references (default 256)")
+    add("--moving-frames", type=positive, default=30, metavar="N", help="of the sequence (default 30)")
+    add("--moving-size", type=positive, default=256, metavar="N", help="pixels a side (default 256)")
+    add("--moving-spp", type=positive, default=256, metavar="N", help="of its references (default 256)")
     add("--only-networks", action="store_true", help="judge nothing else on the test frames")
     add("--parts", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help="not all parts; those done stay")
     add("--program", type=Path, default=PROGRAM, metavar="FILE", help="lightformer")
@@ -75,18 +75,29 @@ def _named(text: str) -> tuple[str, Path]:
     return (name if given else Path(path).name.partition(".")[0]), Path(path)
 
 
-def _positive(text: str) -> int:
+def positive(text: str) -> int:
+    """For command lines."""
     value = int(text)
     if value < 1:
         raise ValueError
     return value
 
 
-class Study:
-    """One run of the command; `command` is what repeats it."""
+def read_json(path: Path) -> dict:
+    """Of a study."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BadInput(f"{path}: {os.strerror(error.errno)}") from error
+    except ValueError as error:
+        raise BadInput(f"{path}: {error}") from error
 
-    def __init__(self, options: argparse.Namespace, command: str) -> None:
-        self.options, self.command = options, command
+
+class Study:
+    """One run of the command; `command` is what repeats it, `notes` what else the result is to tell."""
+
+    def __init__(self, options: argparse.Namespace, command: str, notes: dict | None = None) -> None:
+        self.options, self.command, self.notes = options, command, notes or {}
         self.renderer = Renderer(options.pictures or options.out / "pictures", options.program)
         options.out.mkdir(parents=True, exist_ok=True)
         self.networks = [methods.network(name, path) for name, path in options.weights]
@@ -104,7 +115,7 @@ class Study:
             "spp": o.spp,
             "networks": {method.name: digest(method.weights) for method in self.networks},
         }
-        fresh = {"settings": settings, "command": self.command, "machine": machine()}
+        fresh = {"settings": settings, "command": self.command, "machine": machine()} | self.notes
         try:
             earlier = json.loads((o.out / RESULT).read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -254,6 +265,9 @@ def main() -> int:
     except BadInput as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on", file=sys.stderr)
+        return 130
     return 0
 
 

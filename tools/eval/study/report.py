@@ -2,8 +2,6 @@
 
 import argparse
 import html
-import json
-import os
 import sys
 from pathlib import Path
 
@@ -13,7 +11,7 @@ from evaluation.pictures import load
 
 from . import tables
 from .figures import WHOLE, Truth
-from .quality import RESULT
+from .quality import RESULT, read_json
 from .renderer import ROOT
 from .tables import Table
 
@@ -52,16 +50,6 @@ def parse() -> argparse.Namespace:
     )
     add("-o", "--output", type=Path, metavar="FILE", help="default DIR/report.html")
     return parser.parse_args()
-
-
-def read(path: Path) -> dict:
-    """A JSON file."""
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"{path}: {os.strerror(error.errno)}") from error
-    except ValueError as error:
-        raise BadInput(f"{path}: {error}") from error
 
 
 # ---- pictures
@@ -145,10 +133,10 @@ def main() -> int:
     options = parse()
     beside = options.study.parent / "ablations"
     try:
-        study = read(options.study / RESULT)
+        study = read_json(options.study / RESULT)
         chosen = options.ablations or (beside if (beside / RESULT).exists() else None)
-        ablations = read(chosen / RESULT) if chosen else None
-        benches = [(path.stem, read(path)) for path in options.bench]
+        ablations = read_json(chosen / RESULT) if chosen else None
+        benches = [(path.stem, read_json(path)) for path in options.bench]
         shown = frames(study, options.show)
         if not shown:
             raise BadInput(f"{options.study}: no pictures yet: run tools/eval/quality with the part frames")

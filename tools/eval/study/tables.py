@@ -296,6 +296,7 @@ def _rivals(result: dict, ours: str) -> list[tuple[str, dict[str, float]]]:
 def of_ablations(result: dict) -> list[Table]:
     """Each network beside the whole one of its family, which comes before its ablations."""
     rows, whole = [], None
+    training = result["training"]
     for name, method in result["frames"]["methods"].items():
         rse, flip, ratio = (method["figures"][key] for key in ("rse", "hdr_flip", "mean_ratio"))
         if "-without-" not in name:
@@ -303,6 +304,7 @@ def of_ablations(result: dict) -> list[Table]:
         rows.append(
             [
                 name,
+                str(training["steps"][name]),
                 number(rse, "{:.5f}"),
                 f"{rse['mean'] / whole:.2f}" if whole else NOTHING,
                 number(flip, "{:.4f}"),
@@ -313,9 +315,10 @@ def of_ablations(result: dict) -> list[Table]:
     return [
         Table(
             "Ablations",
-            f"All trained for the same time; {settings['frames']} test frames of {settings['size']} x "
-            f"{settings['size']}. Times: RSE over that of the whole network.",
-            ["network", "RSE", "times", "HDR-FLIP", "mean ratio"],
+            f"Each trained for {training['length']}, {training['jobs']} at a time, {training['threads']} threads each; "
+            f"{settings['frames']} test frames of {settings['size']} x {settings['size']}. Times: RSE over that of the "
+            "whole network.",
+            ["network", "steps", "RSE", "times", "HDR-FLIP", "mean ratio"],
             rows,
         )
     ]
