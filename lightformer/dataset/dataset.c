@@ -21,7 +21,8 @@ struct run {
     struct lf_observer *observer;
     struct lf_sample_writer *writer;
     struct lf_manifest manifest;
-    uint32_t per_shard, done; // samples
+    struct lf_manifest targets; // of the data set whose targets are taken
+    uint32_t per_shard, done;   // samples
     bool made_folder;
 };
 
@@ -71,7 +72,7 @@ static void make_settings(const struct lf_dataset_params *p, struct lf_settings 
     };
     struct lf_setting *note = s->items;
     char word[32];
-    put_word(note++, "format", "3");
+    put_word(note++, "format", "4");
     put_word(note++, "program", p->program);
     put_word(note++, "scene", p->scene);
     snprintf(word, sizeof word, "%016" PRIx64, p->scene_hash);
@@ -122,6 +123,27 @@ static ng_result open_manifest(struct run *run)
     return NG_ERROR_FORMAT;
 }
 
+// What is traced has to be the same; inputs may not be.
+static ng_result open_targets(struct run *run)
+{
+    if (!run->p.targets)
+        return NG_OK;
+    ng_result found = lf_manifest_read(run->p.targets, &run->targets);
+    if (found == NG_ERROR_NOT_FOUND)
+        ng_log_error("%s: no data set to take targets from (there is no manifest.json)", run->p.targets);
+    NG_TRY(found);
+    struct lf_settings like = run->manifest.settings;
+    for (int i = 0; i < LF_SETTING_COUNT; i++)
+        if (strcmp(like.items[i].key, "format") == 0 || strcmp(like.items[i].key, "program") == 0)
+            like.items[i] = run->targets.settings.items[i];
+    const struct lf_setting *other = lf_settings_difference(&run->targets.settings, &like);
+    if (!other)
+        return NG_OK;
+    ng_log_error("%s: its targets are of other settings (%s is \"%s\" there)", run->p.targets, other->key,
+                 other->value);
+    return NG_ERROR_FORMAT;
+}
+
 // ---- shards ----------------------------------------------------------------------------------------------
 
 static struct lf_sample_params sample_params(const struct run *run)
@@ -160,12 +182,14 @@ static ng_result check_memory(const struct run *run, double sample_bytes)
     return NG_ERROR_MEMORY;
 }
 
-static ng_result make_sample(struct run *run, uint64_t seed, struct lf_tensors *out)
+static ng_result make_sample(struct run *run, uint64_t seed, const struct lf_tensors *targets,
+                             struct lf_tensors *out)
 {
-    const struct lf_sample_params params = sample_params(run);
+    struct lf_sample_params params = sample_params(run);
     double *spent = run->report->spent;
     struct lf_sample sample;
     struct lf_observation observation;
+    params.targets = targets;
     uint64_t begin = ng_clock_ns();
     NG_TRY(lf_scene_sampler_begin(run->sampler, seed, &sample));
     uint64_t varied = ng_clock_ns();
@@ -201,12 +225,20 @@ static bool report_progress(struct run *run, uint32_t samples)
     return !run->p.progress || run->p.progress(run->p.user, run->done, run->p.count);
 }
 
-static ng_result fill_shard(struct run *run, const struct lf_shard *shard, struct lf_tensors *tensors,
-                            bool *stopped)
+// The shard of these seeds with targets. True if there is one.
+static bool read_targets(const struct run *run, const struct lf_shard *shard, struct lf_tensors *out)
+{
+    const struct lf_shard *listed = lf_manifest_find(&run->targets, shard);
+    *out = (struct lf_tensors){0};
+    return listed && lf_shard_read(run->p.targets, &run->targets.settings, listed, out) == NG_OK;
+}
+
+static ng_result fill_shard(struct run *run, const struct lf_shard *shard, const struct lf_tensors *targets,
+                            struct lf_tensors *tensors, bool *stopped)
 {
     NG_TRY(add_notes(run, shard, tensors));
     for (uint32_t i = 0; i < shard->samples && !*stopped; i++) {
-        NG_TRY(make_sample(run, shard->first_seed + i, tensors));
+        NG_TRY(make_sample(run, shard->first_seed + i, targets, tensors));
         if (run->report->samples++ == 0) // later ones are about as large
             NG_TRY(check_memory(run, (double)tensors->bytes));
         run->report->crops += run->p.crops;
@@ -217,8 +249,10 @@ static ng_result fill_shard(struct run *run, const struct lf_shard *shard, struc
 
 static ng_result make_shard(struct run *run, struct lf_shard *shard, const char *path, bool *stopped)
 {
-    struct lf_tensors tensors = {0};
-    ng_result result = fill_shard(run, shard, &tensors, stopped);
+    struct lf_tensors tensors = {0}, targets;
+    bool has_targets = read_targets(run, shard, &targets);
+    ng_result result = fill_shard(run, shard, has_targets ? &targets : NULL, &tensors, stopped);
+    lf_tensors_finish(&targets);
     uint64_t begin = ng_clock_ns();
     if (result == NG_OK && !*stopped)
         result = lf_tensors_write(&tensors, path);
@@ -323,6 +357,8 @@ ng_result lf_dataset_make(const struct lf_dataset_params *params, struct lf_data
     if (result == NG_OK)
         result = open_manifest(&run);
     if (result == NG_OK)
+        result = open_targets(&run);
+    if (result == NG_OK)
         result = do_shards(&run);
     if (result != NG_OK && run.made_folder)
         remove(run.p.directory); // which succeeds if it is empty
@@ -330,6 +366,7 @@ ng_result lf_dataset_make(const struct lf_dataset_params *params, struct lf_data
     lf_observer_destroy(&run.observer);
     lf_scene_sampler_destroy(&run.sampler);
     lf_manifest_finish(&run.manifest);
+    lf_manifest_finish(&run.targets);
     report->seconds = (double)(ng_clock_ns() - begin) * 1e-9;
     return result;
 }

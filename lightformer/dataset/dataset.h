@@ -34,6 +34,9 @@ struct lf_dataset_params {
     uint32_t depth; // segments of their paths, the camera's included (Mitsuba's max_depth); 0: no limit
     uint32_t shard; // crops a shard (one sample at least)
     uint32_t vpls;  // direct VPLs of a light; 0: LF_VPL_COUNT
+    // The folder of a data set that differs in its inputs alone (an earlier format): its targets are taken,
+    // where it has them. Null: all are traced.
+    const char *targets;
     // Called after each sample, also for those that were there already; false stops. May be null.
     bool (*progress)(void *user, uint32_t done, uint32_t count);
     void *user;

@@ -405,6 +405,42 @@ static ng_result trace_crop(const struct job *job, uint32_t crop, float *unshado
     return result;
 }
 
+// "SEED/name" of the shard with targets, if it is of `bytes` bytes; else null.
+static const void *find_target(const struct job *job, const char *name, uint64_t bytes)
+{
+    char full[LF_TENSOR_NAME];
+    snprintf(full, sizeof full, "%" PRIu64 "/%s", job->sample->seed, name);
+    const struct lf_tensor *found = lf_tensors_find(job->params->targets, full);
+    return found && found->size == bytes ? found->data : NULL;
+}
+
+static bool has_these_crops(const struct job *job)
+{
+    size_t bytes = 2 * job->params->crops * sizeof(int32_t);
+    const int32_t *origin = find_target(job, "crop.origin", bytes);
+    bool same = origin != NULL;
+    for (uint32_t k = 0; same && k < job->params->crops; k++)
+        same = origin[2 * k] == (int32_t)job->crops[k].x && origin[2 * k + 1] == (int32_t)job->crops[k].y;
+    return same;
+}
+
+// False if the shard with targets does not hold all of them.
+static bool copy_targets(const struct job *job, float *unshadowed, uint16_t *shadow, float *indirect)
+{
+    if (!job->params->targets || !has_these_crops(job))
+        return false;
+    size_t n = 3 * plane(job) * job->params->crops;
+    const void *from[] = {find_target(job, "target.unshadowed", n * sizeof *unshadowed),
+                          find_target(job, "target.shadow", n * sizeof *shadow),
+                          find_target(job, "target.indirect", n * sizeof *indirect)};
+    if (!from[0] || !from[1] || !from[2])
+        return false;
+    memcpy(unshadowed, from[0], n * sizeof *unshadowed);
+    memcpy(shadow, from[1], n * sizeof *shadow);
+    memcpy(indirect, from[2], n * sizeof *indirect);
+    return true;
+}
+
 static ng_result write_targets(const struct job *job)
 {
     float *unshadowed = add_planes(job, "target.unshadowed", LF_F32, 3);
@@ -412,6 +448,8 @@ static ng_result write_targets(const struct job *job)
     float *indirect = shadow ? add_planes(job, "target.indirect", LF_F32, 3) : NULL;
     if (!indirect)
         return NG_ERROR_MEMORY;
+    if (copy_targets(job, unshadowed, shadow, indirect))
+        return NG_OK;
     for (uint32_t k = 0; k < job->params->crops; k++)
         NG_TRY(trace_crop(job, k, unshadowed, shadow, indirect));
     return NG_OK;

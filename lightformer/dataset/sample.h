@@ -23,6 +23,9 @@ struct lf_sample_params {
     uint32_t vpls;        // direct VPLs of a light; 0: LF_VPL_COUNT
     uint32_t depth;       // as in struct lf_reference_params
     struct ng_jobs *jobs; // borrowed; null: this thread
+    // A shard of a data set of these settings, borrowed: targets of the sample that it holds are taken from
+    // it instead of traced. May be null.
+    const struct lf_tensors *targets;
 };
 
 // Bytes that a sample's tensors take at least, with one light: to be asked before anything is made. A double,

@@ -5,8 +5,10 @@
 #include "base/array.h"
 #include "base/jobs.h"
 #include "base/log.h"
+#include "lightformer/encode/block.h"
 #include "lightformer/encode/encode.h"
 #include "lightformer/encode/kernels.h"
+#include "lightformer/encode/lobe.h"
 #include "lightformer/trace/surface.h"
 #include "lightformer/trace/tracer.h"
 #include "render/frame.h"
@@ -24,6 +26,7 @@ struct lf_space {
 
 #define LF_BOUNCE_STEP 4    // pixels from one to the next at which the light of RSM texels is summed
 #define LF_SMOOTH      0.5f // roughness below which mirror rays are cast and the BRDF chooses directions
+#define LF_METAL       0.2f // F0 above which mirror rays are cast, however rough
 
 // A pixel's four neighbours on the grid of every LF_BOUNCE_STEP-th pixel: weights that sum to 1, or all 0
 // where none of them is on the same surface.
@@ -31,38 +34,42 @@ struct lf_grid_taps {
     float weight[4];
 };
 
-// A mirror ray and the surface that it met.
+// A ray that shows what a surface reflects, and the surface that it met.
 struct lf_mirror_hit {
-    uint32_t pixel; // where the ray began
+    uint32_t pixel;   // where the ray began
+    uint32_t block;   // place among the rays of a block
+    uint32_t through; // index + 1 of the hit whose reflection this is; 0: of the pixel's
     bool met;
-    float distance; // along the ray
+    float distance;     // along the ray
+    float direction[3]; // of the ray
+    float density;      // per steradian, with which the ray was chosen
     float position[3], normal[3], flat[3], view[3];
     float albedo[3], f0[3], roughness;
     float emission[3]; // W/(sr m2), not of lights
 };
 
-// Hits that share what they saw with one hit: itself and its neighbours on the lattice. Weights sum to 1.
-struct lf_mirror_blur {
-    uint32_t hit[9];
-    float weight[9];
-};
-
+#define LF_MIRROR_TAPS 25
 // Hits that a pixel takes its reflection from. Weights sum to 1, or are all 0.
 struct lf_mirror_taps {
-    uint32_t pixel, hit[4];
-    float weight[4];
+    uint32_t pixel, hit[LF_MIRROR_TAPS];
+    float weight[LF_MIRROR_TAPS];
 };
 
-#define LF_MIRROR_PASSES 3 // of blur, each twice as wide as the one before
+// Of what metals reflect all is seen, of what others do little: each has a density of rays of its own.
+enum lf_mirror_kind { LF_MIRROR_METAL, LF_MIRROR_GLOSS, LF_MIRROR_KINDS };
 
-// Rays start at every `spacing`-th pixel each way, where it is smooth: a lattice.
+// Rays start at every `spacing`-th pixel each way, where the surface is of that kind.
+struct lf_mirror_lattice {
+    uint32_t spacing, width, height;
+    NG_ARRAY(uint32_t) hit_at; // by place on the lattice: index of its hit + 1; 0: none
+};
+
 struct lf_mirror {
-    uint32_t spacing, width, height;       // of the lattice
-    NG_ARRAY(uint32_t) hit_at;             // by place on the lattice: index of its hit + 1; 0: none
-    NG_ARRAY(struct lf_mirror_hit) hits;   // in the order of pixels
-    NG_ARRAY(struct lf_mirror_blur) blurs; // [LF_MIRROR_PASSES][hits]
-    NG_ARRAY(struct lf_mirror_taps) taps;  // of all smooth pixels
-    struct lf_floats seen[2];              // what hits show, before and after a pass
+    struct lf_mirror_lattice lattices[LF_MIRROR_KINDS];
+    uint32_t first;                       // hits of rays from pixels, which come before those of reflections
+    NG_ARRAY(struct lf_mirror_hit) hits;  // each in the order of pixels
+    NG_ARRAY(struct lf_mirror_taps) taps; // of all pixels that reflect
+    struct lf_floats seen;                // what hits show
 };
 
 #define LF_PIXEL_PLANES 31 // of all inputs, and what is kept beside them
@@ -119,11 +126,11 @@ struct lf_light_clues {
     NG_ARRAY(struct lf_bounce_source) sources;
     uint32_t vpl_count, texel_count;
     float share, power[3], color[3], kind[3];
-    struct lf_floats rows;         // vpl and texel inputs
-    struct lf_floats view;         // view inputs, or those that were kept of them
-    size_t pixel_count;            // of a plane of them
-    struct lf_floats grid;         // sums of RSM texels at the grid
-    struct lf_floats reflected[2]; // what hits show of the light
+    struct lf_floats rows;      // vpl and texel inputs
+    struct lf_floats view;      // view inputs, or those that were kept of them
+    size_t pixel_count;         // of a plane of them
+    struct lf_floats grid;      // sums of RSM texels at the grid
+    struct lf_floats reflected; // what hits show of the light
     struct lf_net_values values;
     double ms[LF_ENCODE_STAGES];
 };
@@ -167,6 +174,9 @@ double lf_encode_lap(uint64_t *begin);
 NG_NODISCARD ng_result lf_pixels_read(const struct lf_encode_scene *scene,
                                       const struct lf_encode_pixels_params *params,
                                       struct lf_pixel_clues *out);
+void lf_pixel_lobe(const struct lf_pixel_clues *pixels, size_t pixel, struct lf_lobe *out);
+// How much a pixel says of another: by plane and normal, from 0 to 1.
+float lf_pixel_likeness(const struct lf_pixel_clues *pixels, size_t pixel, size_t other);
 void lf_points_set_pixel(const struct lf_pixel_clues *pixels, size_t pixel, int lane, struct lf_points *out);
 
 // mirror.c
@@ -192,10 +202,16 @@ void lf_direct_at(const struct lf_encode_scene *scene, const struct lf_light_clu
 void lf_direct_view(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                     const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3]);
 
-// highlight.c: the part of `glossy` that is in shadow. `way` as lf_occluders_find leaves it.
+// reach.c: how much of the light reaches pixels. `way` as lf_occluders_find leaves it; `scratch`: planes that
+// are overwritten.
+void lf_reach_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                   const struct lf_light_clues *light, float *const way[5], float *const scratch[2],
+                   float *reached);
+
+// highlight.c: the part of `glossy` that is lit.
 void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                        const struct lf_light_clues *light, float *const way[5], float *const glossy[3],
-                        float *blocked);
+                        const struct lf_light_clues *light, float *const glossy[3], const float *reached,
+                        float *const scratch[2], float *out);
 
 // bounce.c: light of RSM texels on the grid, then everywhere.
 NG_NODISCARD ng_result lf_bounce_view(const struct lf_encode_scene *scene,

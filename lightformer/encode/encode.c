@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const lf_encode_stage_names[LF_ENCODE_STAGES] = {"pixels", "mirror",     "texels", "occluders",
-                                                             "direct", "highlights", "bounce", "reflected"};
+const char *const lf_encode_stage_names[LF_ENCODE_STAGES] = {
+    "pixels", "mirror", "texels", "occluders", "direct", "reach", "highlights", "bounce", "reflected"};
 
 // ---- objects ---------------------------------------------------------------------------------------------
 
@@ -28,12 +28,11 @@ void lf_pixel_clues_destroy(struct lf_pixel_clues **clues)
     ng_array_finish(&p->memory.list);
     ng_array_finish(&p->grid_taps);
     ng_array_finish(&p->alone);
-    ng_array_finish(&p->reflections.hit_at);
+    for (int i = 0; i < LF_MIRROR_KINDS; i++)
+        ng_array_finish(&p->reflections.lattices[i].hit_at);
     ng_array_finish(&p->reflections.hits);
-    ng_array_finish(&p->reflections.blurs);
     ng_array_finish(&p->reflections.taps);
-    for (int i = 0; i < 2; i++)
-        ng_array_finish(&p->reflections.seen[i].list);
+    ng_array_finish(&p->reflections.seen.list);
     free(p);
 }
 
@@ -56,8 +55,7 @@ void lf_light_clues_destroy(struct lf_light_clues **clues)
     ng_array_finish(&l->rows.list);
     ng_array_finish(&l->view.list);
     ng_array_finish(&l->grid.list);
-    for (int i = 0; i < 2; i++)
-        ng_array_finish(&l->reflected[i].list);
+    ng_array_finish(&l->reflected.list);
     free(l);
 }
 
@@ -176,7 +174,7 @@ ng_result lf_encode_pixels(const struct lf_encode_scene *scene, const struct lf_
     NG_REQUIRE(params->width && params->height, "a picture has pixels");
     uint64_t begin = ng_clock_ns();
     uint64_t pixels = (uint64_t)params->width * params->height;
-    uint32_t budget = params->mirror_rays ? params->mirror_rays : (uint32_t)(pixels / 8 + 1);
+    uint32_t budget = params->mirror_rays ? params->mirror_rays : (uint32_t)(pixels / 4 + 1);
     NG_TRY(lf_pixels_read(scene, params, out));
     out->ms[LF_ENCODE_PIXELS] = lf_encode_lap(&begin);
     NG_TRY(lf_mirror_cast(scene, budget, out));
@@ -273,19 +271,27 @@ ng_result lf_encode_light(const struct lf_encode_scene *scene, uint32_t light,
 
 struct view_planes {
     float *way[5]; // direction, distance, occluder
-    float *diffuse[3], *glossy[3], *bounce[3], *mirror[3], *mirror_bounce[3], *blocked[1];
+    float *diffuse[3], *glossy[3], *bounce[3], *mirror[3], *mirror_bounce[3], *diffuse_reached[1],
+        *glossy_reached[1];
+    float *scratch[2];
 };
+
+static bool wants_reached(const struct lf_encode_scene *s)
+{
+    return lf_encode_wants(s, LF_INPUT_VIEW_DIFFUSE_REACHED) ||
+           lf_encode_wants(s, LF_INPUT_VIEW_GLOSSY_REACHED);
+}
 
 static bool wants_way(const struct lf_encode_scene *s)
 {
     return lf_encode_wants(s, LF_INPUT_VIEW_DIRECTION) || lf_encode_wants(s, LF_INPUT_VIEW_DISTANCE) ||
-           lf_encode_wants(s, LF_INPUT_VIEW_OCCLUDER) || lf_encode_wants(s, LF_INPUT_VIEW_MIRROR_BLOCKED);
+           lf_encode_wants(s, LF_INPUT_VIEW_OCCLUDER) || wants_reached(s);
 }
 
 static bool wants_direct(const struct lf_encode_scene *s)
 {
     return lf_encode_wants(s, LF_INPUT_VIEW_DIFFUSE) || lf_encode_wants(s, LF_INPUT_VIEW_GLOSSY) ||
-           lf_encode_wants(s, LF_INPUT_VIEW_MIRROR_BLOCKED);
+           lf_encode_wants(s, LF_INPUT_VIEW_GLOSSY_REACHED);
 }
 
 static bool wants_mirror(const struct lf_encode_scene *s)
@@ -296,14 +302,16 @@ static bool wants_mirror(const struct lf_encode_scene *s)
 static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, struct lf_light_clues *l,
                          struct view_planes *out)
 {
-    enum { PLANES = 21 };
+    enum { PLANES = 24 };
     struct lf_floats *memory = scene->view ? &scene->view->floats : &l->view;
     if (!ng_array_resize(&memory->list, PLANES * (count + LF_PLANE_GAP)))
         return ng_out_of_memory("the view of a light");
     l->pixel_count = count;
-    float *next = memory->list.items, **planes[] = {out->way,    out->diffuse,       out->glossy, out->bounce,
-                                                    out->mirror, out->mirror_bounce, out->blocked};
-    static const int channels[] = {5, 3, 3, 3, 3, 3, 1};
+    float *next = memory->list.items,
+          **planes[] = {out->way,    out->diffuse,       out->glossy,          out->bounce,
+                        out->mirror, out->mirror_bounce, out->diffuse_reached, out->glossy_reached,
+                        out->scratch};
+    static const int channels[] = {5, 3, 3, 3, 3, 3, 1, 1, 2};
     for (size_t i = 0; i < NG_COUNT(planes); i++, next += LF_PLANE_GAP)
         for (int c = 0; c < channels[i]; c++, next += count)
             planes[i][c] = next;
@@ -311,11 +319,16 @@ static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, stru
         enum lf_net_input input;
         const float *plane;
     } inputs[] = {
-        {LF_INPUT_VIEW_DIRECTION, out->way[0]},          {LF_INPUT_VIEW_DISTANCE, out->way[3]},
-        {LF_INPUT_VIEW_OCCLUDER, out->way[4]},           {LF_INPUT_VIEW_DIFFUSE, out->diffuse[0]},
-        {LF_INPUT_VIEW_GLOSSY, out->glossy[0]},          {LF_INPUT_VIEW_BOUNCE, out->bounce[0]},
-        {LF_INPUT_VIEW_MIRROR, out->mirror[0]},          {LF_INPUT_VIEW_MIRROR_BOUNCE, out->mirror_bounce[0]},
-        {LF_INPUT_VIEW_MIRROR_BLOCKED, out->blocked[0]},
+        {LF_INPUT_VIEW_DIRECTION, out->way[0]},
+        {LF_INPUT_VIEW_DISTANCE, out->way[3]},
+        {LF_INPUT_VIEW_OCCLUDER, out->way[4]},
+        {LF_INPUT_VIEW_DIFFUSE, out->diffuse[0]},
+        {LF_INPUT_VIEW_GLOSSY, out->glossy[0]},
+        {LF_INPUT_VIEW_BOUNCE, out->bounce[0]},
+        {LF_INPUT_VIEW_MIRROR, out->mirror[0]},
+        {LF_INPUT_VIEW_MIRROR_BOUNCE, out->mirror_bounce[0]},
+        {LF_INPUT_VIEW_GLOSSY_REACHED, out->glossy_reached[0]},
+        {LF_INPUT_VIEW_DIFFUSE_REACHED, out->diffuse_reached[0]},
     };
     for (size_t i = 0; i < NG_COUNT(inputs); i++)
         l->values.of[inputs[i].input] = lf_encode_wants(scene, inputs[i].input) ? inputs[i].plane : NULL;
@@ -334,8 +347,12 @@ ng_result lf_encode_view(const struct lf_encode_scene *scene, const struct lf_pi
     if (wants_direct(scene))
         lf_direct_view(scene, pixels, light, planes.diffuse, planes.glossy);
     light->ms[LF_ENCODE_DIRECT] = lf_encode_lap(&begin);
-    if (lf_encode_wants(scene, LF_INPUT_VIEW_MIRROR_BLOCKED))
-        lf_highlights_find(scene, pixels, light, planes.way, planes.glossy, planes.blocked[0]);
+    if (wants_reached(scene))
+        lf_reach_find(scene, pixels, light, planes.way, planes.scratch, planes.diffuse_reached[0]);
+    light->ms[LF_ENCODE_REACH] = lf_encode_lap(&begin);
+    if (lf_encode_wants(scene, LF_INPUT_VIEW_GLOSSY_REACHED))
+        lf_highlights_find(scene, pixels, light, planes.glossy, planes.diffuse_reached[0], planes.scratch,
+                           planes.glossy_reached[0]);
     light->ms[LF_ENCODE_HIGHLIGHTS] = lf_encode_lap(&begin);
     if (lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE))
         NG_TRY(lf_bounce_view(scene, pixels, light, planes.bounce));

@@ -114,6 +114,7 @@ enum lf_encode_stage {
     LF_ENCODE_TEXELS,     // RSM and direct VPLs
     LF_ENCODE_OCCLUDERS,  // direction and distances
     LF_ENCODE_DIRECT,     // unshadowed direct light
+    LF_ENCODE_REACH,      // how much of the light reaches pixels
     LF_ENCODE_HIGHLIGHTS, // whether highlights are in shadow
     LF_ENCODE_BOUNCE,     // light of RSM texels
     LF_ENCODE_REFLECTED,  // light where mirror rays end, and its blur

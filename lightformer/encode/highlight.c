@@ -1,11 +1,10 @@
-// Whether highlights are in shadow. The distance to an occluder (occluder.c) is seen from the middle of the
-// light; a highlight of a smooth surface shows one small part of the light, and where that part is hidden the
-// highlight is gone, however bright it would have been. So where glossy light counts, rays go to the parts of
-// the light that directions of the BRDF come nearest to: the same few directions at all pixels.
+// Whether highlights are in shadow. How much of a light reaches a pixel (reach.c) is one thing; a highlight
+// of a smooth surface shows one small part of the light, and where that part is hidden the highlight is gone,
+// however bright it would have been. So where glossy light counts, rays go to the parts of the light that
+// directions of the BRDF come nearest to: the same few directions at all pixels.
 #include "lightformer/encode/clues_internal.h"
 
-#include "lightformer/trace/vec.h"
-#include "shaders/shared/brdf.h"
+#include "lightformer/encode/lobe.h"
 
 #include <string.h>
 
@@ -14,46 +13,29 @@
 #define REACH        0.999f
 #define INSIDE       0.98f // of an emitter's extent
 #define LEAST_GLOSSY 0.01f // in units of the radiance that the light's power spread evenly would have
-#define LEAST_COSINE 1e-4f // of the viewer
 
 struct search {
     const struct lf_encode_scene *scene;
     const struct lf_pixel_clues *pixels;
     const struct lf_light_clues *light;
-    float *const *way, *const *glossy;
-    float *blocked;
+    float *const *glossy;
+    const float *reached;
+    float *lit, *weight; // of each pixel's own rays
+    float *out;
 };
 
 // A pixel as numbers; lengths as in the planes.
 struct place {
-    float position[3], normal[3], flat[3], view[3], roughness;
+    float position[3];
+    struct lf_lobe lobe;
 };
 
 static void read_place(const struct lf_pixel_clues *p, size_t pixel, struct place *out)
 {
     for (int c = 0; c < 3; c++) {
         out->position[c] = p->position[c][pixel];
-        out->normal[c] = p->normal[c][pixel];
-        out->flat[c] = p->flat[c][pixel];
-        out->view[c] = p->view[c][pixel];
     }
-    out->roughness = p->roughness[pixel];
-}
-
-// Direction `u` (lf_lobe_samples) of those that the BRDF chooses.
-static void choose_direction(const struct place *at, const float u[3], float out[3])
-{
-    const float *n = at->normal;
-    float sign = copysignf(1.0f, n[2]), a = -1.0f / (sign + n[2]), b = n[0] * n[1] * a;
-    const float tangent[3] = {1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
-    const float bitangent[3] = {b, sign + n[1] * n[1] * a, -n[1]};
-    struct ng_local_direction v = {lf_dot(tangent, at->view), lf_dot(bitangent, at->view),
-                                   fmaxf(lf_dot(n, at->view), LEAST_COSINE)};
-    struct ng_local_direction l = ng_brdf_reflect(v, ng_brdf_half(v, at->roughness, u[0], u[1], u[2]));
-    lf_scale(n, l.z, out);
-    lf_mad(out, tangent, l.x, out);
-    lf_mad(out, bitangent, l.y, out);
-    lf_normalize(out);
+    lf_pixel_lobe(p, pixel, &out->lobe);
 }
 
 // The point of a flat emitter that a direction comes nearest to: where it meets the plane, drawn in to the
@@ -122,41 +104,45 @@ static void nearest(const struct lf_light_shape *s, const struct place *at, cons
 // What the BRDF makes of light from a unit direction; 0 from below the surface.
 static float weight_of(const struct place *at, const float direction[3])
 {
-    float half[3], nl = lf_dot(at->normal, direction), nv = fmaxf(lf_dot(at->normal, at->view), LEAST_COSINE);
-    lf_mad(direction, at->view, 1, half);
-    if (!(nl > 0) || !(lf_dot(at->flat, direction) > 0) || !lf_normalize(half))
+    const struct lf_lobe *lobe = &at->lobe;
+    float half[3], nl = lf_dot(lobe->normal, direction);
+    lf_mad(direction, lobe->view, 1, half);
+    if (!(nl > 0) || !(lf_dot(lobe->flat, direction) > 0) || !lf_normalize(half))
         return 0;
-    return ng_brdf_lobe(nl, nv, ng_clamp(lf_dot(at->normal, half), 0.0f, 1.0f), at->roughness) * nl;
+    float nh = ng_clamp(lf_dot(lobe->normal, half), 0.0f, 1.0f);
+    return ng_brdf_lobe(nl, lf_lobe_cosine(lobe), nh, lobe->roughness) * nl;
 }
 
-static bool is_blocked(const struct search *s, const struct place *at, const float direction[3],
-                       float distance)
+static bool is_lit(const struct search *s, const struct place *at, const float direction[3], float distance)
 {
     struct lf_ray ray = {.near = 0, .far = distance * s->pixels->space.radius * REACH};
     float position[3];
     memcpy(ray.direction, direction, sizeof ray.direction);
     lf_to_world(&s->pixels->space, at->position, position);
-    lf_trace_origin(s->scene->tracer, position, at->flat, direction, ray.origin);
-    return lf_trace_occluded(s->scene->tracer, &ray);
+    lf_trace_origin(s->scene->tracer, position, at->lobe.flat, direction, ray.origin);
+    return !lf_trace_occluded(s->scene->tracer, &ray);
 }
 
-static float blocked_part(const struct search *s, size_t pixel)
+// A quarter of the directions, from the lobe's middle outward; four pixels have all of them.
+static void find_pixel(const struct search *s, uint32_t x, uint32_t y)
 {
+    size_t pixel = (size_t)y * s->pixels->width + x;
+    uint32_t quarter = lf_block_order[lf_block_place(x, y)] / RAYS;
     struct place at;
-    float blocked = 0, sum = 0;
+    float lit = 0, sum = 0;
     read_place(s->pixels, pixel, &at);
-    for (int k = 0; k < RAYS; k++) {
+    for (uint32_t k = 0; k < RAYS; k++) {
         float direction[3], target[3];
-        // Every fourth direction: from the lobe's middle outward.
-        choose_direction(&at, lf_lobe_samples[k * (LF_LOBE_SAMPLES / RAYS)], direction);
+        lf_lobe_direction(&at.lobe, lf_lobe_samples[k * (LF_LOBE_SAMPLES / RAYS) + quarter], direction);
         nearest(&s->light->shape, &at, direction, target);
         lf_mad(target, at.position, -1, direction);
         float distance = sqrtf(lf_dot(direction, direction));
         float weight = lf_normalize(direction) ? weight_of(&at, direction) : 0;
         sum += weight;
-        blocked += weight > 0 && is_blocked(s, &at, direction, distance) ? weight : 0;
+        lit += weight > 0 && is_lit(s, &at, direction, distance) ? weight : 0;
     }
-    return sum > 0 ? blocked / sum : 0;
+    s->lit[pixel] = sum > 0 ? lit / sum : 0;
+    s->weight[pixel] = sum;
 }
 
 static bool counts(const struct search *s, size_t pixel)
@@ -170,14 +156,31 @@ static void find_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct search *s = user;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < s->pixels->width; x++) {
+            size_t i = (size_t)y * s->pixels->width + x;
+            s->lit[i] = s->weight[i] = 0;
+            if (counts(s, i))
+                find_pixel(s, x, y);
+        }
+}
+
+// Elsewhere what reaches the pixel is all the same.
+static void fill_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct search *s = user;
     for (size_t i = (size_t)begin * s->pixels->width; i < (size_t)end * s->pixels->width; i++)
-        s->blocked[i] = counts(s, i) ? blocked_part(s, i) : s->way[4][i] < s->way[3][i];
+        if (!counts(s, i))
+            s->out[i] = s->reached[i];
 }
 
 void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                        const struct lf_light_clues *light, float *const way[5], float *const glossy[3],
-                        float *blocked)
+                        const struct lf_light_clues *light, float *const glossy[3], const float *reached,
+                        float *const scratch[2], float *out)
 {
-    struct search search = {scene, pixels, light, way, glossy, blocked};
-    ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &search);
+    struct search s = {scene, pixels, light, glossy, reached, scratch[0], scratch[1], out};
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &s);
+    lf_block_average(scene, pixels, s.lit, s.weight, true, out);
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &s);
 }

@@ -1,25 +1,20 @@
-// What smooth surfaces reflect: one ray each at every n-th pixel, lit where it ends, blurred on the lattice
-// of the rays by passes of growing width (Dammertz et al. 2010) as far as roughness and distance blur a
-// reflection, and spread to the pixels between.
-//
-// A reflection at distance t behind a surface at distance d from the eye moves across the screen as something
-// at d
-// + t does. So the lobe's width, seen at the end of the ray, is lobe * t / (d + t) * focal length in pixels.
+// What smooth surfaces and metals reflect. One ray each at every n-th pixel, in a direction that the BRDF
+// chooses: one of sixteen, by the place in blocks of 4 x 4 rays. Where it meets a metal, one more goes on.
+// Both are lit where they end. Every pixel then weighs the sixteen nearest rays by how well its own BRDF
+// reflects what they met (Stachowiak 2015, "Stochastic screen-space reflections"): so a block holds a whole
+// lobe, and the blur is as wide as roughness, distance and the bend of the surface make it.
 #include "lightformer/encode/clues_internal.h"
-
-#include "lightformer/trace/vec.h"
-#include "shaders/shared/brdf.h"
 
 #include <string.h>
 
-#define SHADOW_RAYS     4 // to an extended light
+#define TRIES           4 // direct VPLs that may be hidden by the surface itself
 #define SHADOW_REACH    0.999f
-#define LEAST_ROUGHNESS 0.3f // of what is seen in a mirror: sharper highlights there would alias
+#define LEAST_ROUGHNESS 0.7f // of what is seen in a mirror: sharper highlights there would alias
 #define CHANNELS        8    // of what a hit shows, room included: loops of a fixed, round number vectorize
 #define PIXEL_CHANNELS  7    // nearness, albedo + F0, emission
-#define LIGHT_CHANNELS  6    // direct light, bounce * albedo
-#define PLANE_GRAIN     0.02f
-#define LEAST_WEIGHT    0.02f
+#define LIGHT_CHANNELS  6    // direct light, bounce * (albedo + F0)
+#define LEAST_PART      1e-3f
+#define PLANE_GRAIN     0.05f
 
 struct cast {
     const struct lf_encode_scene *scene;
@@ -27,76 +22,90 @@ struct cast {
     float focal; // pixels
 };
 
-static bool is_smooth(const struct lf_pixel_clues *p, size_t pixel)
+// Whether a pixel reflects, and as what; LF_MIRROR_KINDS: it does not.
+static enum lf_mirror_kind kind_of(const struct lf_pixel_clues *p, size_t pixel)
 {
-    return p->mask[pixel] > 0 && p->roughness[pixel] < LF_SMOOTH;
+    float f0 = fmaxf(p->specular[0][pixel], fmaxf(p->specular[1][pixel], p->specular[2][pixel]));
+    if (!(p->mask[pixel] > 0))
+        return LF_MIRROR_KINDS;
+    if (f0 > LF_METAL)
+        return LF_MIRROR_METAL;
+    return p->roughness[pixel] < LF_SMOOTH ? LF_MIRROR_GLOSS : LF_MIRROR_KINDS;
 }
 
 // ---- rays ------------------------------------------------------------------------------------------------
 
-static uint32_t count_smooth(const struct lf_pixel_clues *p, uint32_t spacing)
+static uint32_t count_pixels(const struct lf_pixel_clues *p, enum lf_mirror_kind kind, uint32_t spacing)
 {
     uint32_t count = 0;
     for (size_t y = 0; y < p->height; y += spacing)
         for (size_t x = 0; x < p->width; x += spacing)
-            count += is_smooth(p, y * p->width + x);
+            count += kind_of(p, y * p->width + x) == kind;
     return count;
 }
 
-static ng_result choose_pixels(uint32_t budget, struct lf_pixel_clues *p)
+static ng_result choose_pixels(enum lf_mirror_kind kind, uint32_t budget, struct lf_pixel_clues *p)
 {
     struct lf_mirror *m = &p->reflections;
-    m->spacing = 1;
-    while (count_smooth(p, m->spacing) > budget)
-        m->spacing *= 2;
-    m->width = (p->width + m->spacing - 1) / m->spacing;
-    m->height = (p->height + m->spacing - 1) / m->spacing;
-    m->hits.count = 0;
-    if (!ng_array_resize(&m->hit_at, (size_t)m->width * m->height) ||
-        !ng_array_reserve(&m->hits, m->hit_at.count))
+    struct lf_mirror_lattice *l = &m->lattices[kind];
+    l->spacing = 1;
+    while (count_pixels(p, kind, l->spacing) > budget)
+        l->spacing *= 2;
+    l->width = (p->width + l->spacing - 1) / l->spacing;
+    l->height = (p->height + l->spacing - 1) / l->spacing;
+    if (!ng_array_resize(&l->hit_at, (size_t)l->width * l->height) ||
+        !ng_array_reserve(&m->hits, m->hits.count + l->hit_at.count))
         return ng_out_of_memory("the reflections of a picture");
-    for (size_t i = 0; i < m->hit_at.count; i++) {
-        size_t pixel = i / m->width * m->spacing * p->width + i % m->width * m->spacing;
-        m->hit_at.items[i] = 0;
-        if (!is_smooth(p, pixel))
+    for (size_t i = 0; i < l->hit_at.count; i++) {
+        size_t x = i % l->width, y = i / l->width, pixel = (y * p->width + x) * l->spacing;
+        l->hit_at.items[i] = 0;
+        if (kind_of(p, pixel) != kind)
             continue;
-        m->hits.items[m->hits.count++] = (struct lf_mirror_hit){.pixel = (uint32_t)pixel};
-        m->hit_at.items[i] = (uint32_t)m->hits.count;
+        m->hits.items[m->hits.count++] = (struct lf_mirror_hit){
+            .pixel = (uint32_t)pixel, .block = lf_block_place((uint32_t)x, (uint32_t)y)};
+        l->hit_at.items[i] = (uint32_t)m->hits.count;
     }
     return NG_OK;
 }
 
-static void take(float *const planes[3], size_t pixel, float out[3])
+// Mirrored about a normal.
+static void mirror(const float view[3], const float normal[3], float out[3])
 {
-    for (int c = 0; c < 3; c++)
-        out[c] = planes[c][pixel];
-}
-
-// About the shading normal; about the geometric one where that would lead into the surface.
-static void reflect(const struct lf_pixel_clues *p, size_t pixel, float out[3])
-{
-    float view[3], normal[3], flat[3];
-    take(p->view, pixel, view);
-    take(p->normal, pixel, normal);
-    take(p->flat, pixel, flat);
-    for (int i = 0; i < 2; i++) {
-        const float *n = i ? flat : normal;
-        lf_scale(n, 2 * lf_dot(n, view), out);
-        lf_mad(out, view, -1, out);
-        if (lf_dot(out, flat) > 0)
-            break;
-    }
+    lf_scale(normal, 2 * lf_dot(normal, view), out);
+    lf_mad(out, view, -1, out);
     lf_normalize(out);
 }
 
-static void set_surface(const struct lf_pixel_clues *p, const struct lf_surface *s, const float direction[3],
-                        struct lf_mirror_hit *out)
+// Of the BRDF's choice of a direction.
+static float density_of(const struct lf_lobe *at, const float direction[3])
+{
+    float half[3];
+    lf_mad(direction, at->view, 1, half);
+    if (!lf_normalize(half))
+        return 0;
+    float nh = ng_clamp(lf_dot(at->normal, half), 0.0f, 1.0f);
+    return ng_brdf_sample_pdf(lf_lobe_cosine(at), nh, at->roughness);
+}
+
+// Where the direction would lead into the surface, the mirrored one; about the geometric normal if that does,
+// too.
+// `part`: of the lobe, from its middle.
+static void choose_direction(const struct lf_lobe *at, const float u[3], float part,
+                             struct lf_mirror_hit *out)
+{
+    lf_lobe_direction(at, (const float[3]){u[0], u[1], u[2] * part}, out->direction);
+    for (int i = 0; i < 2 && !(lf_dot(out->direction, at->flat) > 0); i++)
+        mirror(at->view, i ? at->flat : at->normal, out->direction);
+    out->density = density_of(at, out->direction) / part;
+}
+
+static void set_surface(const struct lf_pixel_clues *p, const struct lf_surface *s, struct lf_mirror_hit *out)
 {
     lf_to_scene(&p->space, s->position, out->position);
     memcpy(out->normal, s->normal, sizeof out->normal);
     memcpy(out->flat, s->flat_normal, sizeof out->flat);
-    lf_scale(direction, -1, out->view);
-    out->roughness = fmaxf(s->roughness, LEAST_ROUGHNESS);
+    lf_scale(out->direction, -1, out->view);
+    out->roughness = fmaxf(s->roughness, fmaxf(p->roughness[out->pixel], LEAST_ROUGHNESS));
     for (int c = 0; c < 3 && !lf_surface_is_black(s); c++) {
         out->albedo[c] = lf_finite(s->albedo[c]);
         out->f0[c] = lf_finite(s->f0[c]);
@@ -104,138 +113,175 @@ static void set_surface(const struct lf_pixel_clues *p, const struct lf_surface 
     }
 }
 
-static void cast_rays(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+static void cast_ray(const struct cast *cast, const float position[3], const float flat[3],
+                     struct lf_mirror_hit *hit)
+{
+    const struct lf_pixel_clues *p = cast->pixels;
+    struct lf_ray ray = {.near = 0, .far = INFINITY};
+    struct lf_hit met;
+    struct lf_surface surface;
+    float world[3];
+    lf_to_world(&p->space, position, world);
+    memcpy(ray.direction, hit->direction, sizeof ray.direction);
+    lf_trace_origin(cast->scene->tracer, world, flat, ray.direction, ray.origin);
+    hit->met = lf_trace_closest(cast->scene->tracer, &ray, LF_RAY_ALL, &met);
+    if (!hit->met)
+        return;
+    lf_surface_at(cast->scene->tracer, &met, &surface);
+    hit->distance = met.distance / p->space.radius;
+    set_surface(p, &surface, hit);
+}
+
+// Neighbours of a mirror see neighbouring things already: no wider than that, or the picture in it would
+// swim.
+static float part_of_lobe(const struct cast *cast, const struct lf_mirror_hit *hit, float roughness)
+{
+    const struct lf_mirror *m = &cast->pixels->reflections;
+    float spacing = (float)m->lattices[kind_of(cast->pixels, hit->pixel)].spacing;
+    float spread = 0.5f * ng_brdf_alpha(roughness) * cast->focal / spacing; // in rays
+    return ng_clamp(spread * spread, LEAST_PART, 1.0f);
+}
+
+static void cast_from_pixels(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct cast *cast = user;
     const struct lf_pixel_clues *p = cast->pixels;
     for (uint32_t i = begin; i < end; i++) {
         struct lf_mirror_hit *hit = &p->reflections.hits.items[i];
-        struct lf_ray ray = {.near = 0, .far = INFINITY};
-        struct lf_hit met;
-        struct lf_surface surface;
-        float position[3], flat[3];
-        take(p->position, hit->pixel, position);
-        take(p->flat, hit->pixel, flat);
-        lf_to_world(&p->space, position, position);
-        reflect(p, hit->pixel, ray.direction);
-        lf_trace_origin(cast->scene->tracer, position, flat, ray.direction, ray.origin);
-        hit->met = lf_trace_closest(cast->scene->tracer, &ray, LF_RAY_ALL, &met);
-        if (!hit->met)
-            continue;
-        lf_surface_at(cast->scene->tracer, &met, &surface);
-        hit->distance = met.distance / p->space.radius;
-        set_surface(p, &surface, ray.direction, hit);
+        struct lf_lobe lobe;
+        float position[3];
+        for (int c = 0; c < 3; c++)
+            position[c] = p->position[c][hit->pixel];
+        lf_pixel_lobe(p, hit->pixel, &lobe);
+        choose_direction(&lobe, lf_lobe_samples[lf_block_order[hit->block]],
+                         part_of_lobe(cast, hit, lobe.roughness), hit);
+        cast_ray(cast, position, lobe.flat, hit);
     }
 }
 
-// ---- blur ------------------------------------------------------------------------------------------------
-
-// Likeness of the surfaces of two pixels: normal, plane, roughness.
-static float likeness(const struct lf_pixel_clues *p, size_t pixel, size_t other)
+// What a metal shows is mostly something else.
+static bool goes_on(const struct lf_mirror_hit *hit)
 {
-    float height = 0, cosine = 0, rough = p->roughness[other] - p->roughness[pixel];
+    return hit->met && lf_max3(hit->f0) > LF_METAL;
+}
+
+static ng_result go_on(struct lf_mirror *m)
+{
+    if (!ng_array_reserve(&m->hits, 2 * m->hits.count))
+        return ng_out_of_memory("the reflections of a picture");
+    m->first = (uint32_t)m->hits.count;
+    for (uint32_t i = 0; i < m->first; i++) {
+        const struct lf_mirror_hit *hit = &m->hits.items[i];
+        if (goes_on(hit))
+            m->hits.items[m->hits.count++] =
+                (struct lf_mirror_hit){.pixel = hit->pixel, .block = hit->block, .through = i + 1};
+    }
+    return NG_OK;
+}
+
+static void cast_from_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct cast *cast = user;
+    struct lf_mirror *m = &cast->pixels->reflections;
+    for (uint32_t i = m->first + begin; i < m->first + end; i++) {
+        struct lf_mirror_hit *hit = &m->hits.items[i];
+        const struct lf_mirror_hit *from = &m->hits.items[hit->through - 1];
+        mirror(from->view, from->normal, hit->direction);
+        if (!(lf_dot(hit->direction, from->flat) > 0))
+            mirror(from->view, from->flat, hit->direction);
+        cast_ray(cast, from->position, from->flat, hit);
+    }
+}
+
+// ---- what pixels take from rays --------------------------------------------------------------------------
+
+// One ray as a pixel sees it.
+struct tap {
+    const struct lf_mirror_hit *hit;
+    float weight;      // by place
+    float cosine;      // of the direction to what it met
+    float nh, tangent; // of the half vector: cosine, squared tangent
+};
+
+// How much of the surface that the ray began on is the surface of the pixel.
+static float place_weight(const struct lf_pixel_clues *p, size_t pixel, size_t other)
+{
+    float height = 0, cosine = 0;
     for (int c = 0; c < 3; c++) {
         height += (p->position[c][other] - p->position[c][pixel]) * p->normal[c][pixel];
         cosine += p->normal[c][other] * p->normal[c][pixel];
     }
     height /= PLANE_GRAIN * p->distance[pixel] + 1e-12f;
-    float square = cosine > 0 ? cosine * cosine : 0, eighth = square * square * square * square;
-    return eighth * eighth / (1 + height * height) / (1 + 400 * rough * rough);
+    return fmaxf(cosine, 0) / (1 + height * height);
 }
 
-// Pixels over which the lobe spreads the reflection.
-static float spread_of(const struct cast *cast, const struct lf_mirror_hit *hit)
+static bool make_tap(const struct lf_pixel_clues *p, size_t pixel, const struct lf_lobe *at, struct tap *out)
 {
-    float alpha = ng_brdf_alpha(cast->pixels->roughness[hit->pixel]), d = cast->pixels->distance[hit->pixel];
-    return alpha * cast->focal * (hit->met ? hit->distance / (hit->distance + d + 1e-12f) : 1);
+    const struct lf_mirror_hit *hit = out->hit;
+    float way[3], half[3];
+    memcpy(way, hit->direction, sizeof way);
+    for (int c = 0; c < 3 && hit->met; c++)
+        way[c] = hit->position[c] - p->position[c][pixel];
+    out->weight *= place_weight(p, pixel, hit->pixel);
+    if (!(out->weight > 0) || !lf_normalize(way) || !(lf_dot(at->flat, way) > 0))
+        return false;
+    out->cosine = lf_dot(at->normal, way);
+    lf_mad(way, at->view, 1, half);
+    if (!(out->cosine > 0) || !lf_normalize(half))
+        return false;
+    out->nh = lf_dot(at->normal, half);
+    float square = out->nh * out->nh;
+    out->tangent = fmaxf(1 - square, 0) / fmaxf(square, 1e-6f);
+    return out->nh > 0;
 }
 
-static void find_blur(const struct cast *cast, uint32_t index, uint32_t pass, struct lf_mirror_blur *out)
+// The lobe of a very smooth surface may end between the rays: it is widened to the nearest one.
+static void weigh(const struct lf_lobe *at, struct tap *taps, uint32_t count)
 {
-    const struct lf_pixel_clues *p = cast->pixels;
-    const struct lf_mirror *m = &p->reflections;
-    const struct lf_mirror_hit *hit = &m->hits.items[index];
-    int reach = 1 << pass, x0 = (int)(hit->pixel % p->width / m->spacing),
-        y0 = (int)(hit->pixel / p->width / m->spacing);
-    float spread = spread_of(cast, hit) / (float)(reach * (int)m->spacing), sum = 0;
-    float share = spread * spread / (1 + spread * spread); // of a neighbour
-    for (int k = 0; k < 9; k++) {
-        int x = x0 + (k % 3 - 1) * reach, y = y0 + (k / 3 - 1) * reach;
-        bool inside = x >= 0 && y >= 0 && x < (int)m->width && y < (int)m->height;
-        uint32_t other = inside ? m->hit_at.items[(size_t)y * m->width + (size_t)x] : 0;
-        out->hit[k] = other ? other - 1 : index;
-        out->weight[k] = k == 4 ? 1 : 0;
-        if (k != 4 && other)
-            out->weight[k] =
-                share * (k % 2 ? 0.5f : 0.25f) * likeness(p, hit->pixel, m->hits.items[other - 1].pixel);
-        sum += out->weight[k];
-    }
-    for (int k = 0; k < 9; k++)
-        out->weight[k] /= sum;
-}
-
-static void find_blurs(void *user, uint32_t begin, uint32_t end, uint32_t worker)
-{
-    NG_UNUSED(worker);
-    const struct cast *cast = user;
-    const struct lf_mirror *m = &cast->pixels->reflections;
-    for (uint32_t i = begin; i < end; i++)
-        for (uint32_t pass = 0; pass < LF_MIRROR_PASSES; pass++)
-            find_blur(cast, i, pass, &m->blurs.items[pass * m->hits.count + i]);
-}
-
-struct blurring {
-    const struct lf_mirror_blur *blurs; // of a pass
-    const float *from;                  // [hits][CHANNELS]
-    float *to;
-};
-
-static void blur_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker)
-{
-    NG_UNUSED(worker);
-    const struct blurring *b = user;
-    for (size_t i = begin; i < end; i++) {
-        const struct lf_mirror_blur *blur = &b->blurs[i];
-        float sum[CHANNELS] = {0};
-        for (int k = 0; k < 9; k++)
-            for (size_t c = 0; c < CHANNELS; c++)
-                sum[c] += blur->weight[k] * b->from[blur->hit[k] * (size_t)CHANNELS + c];
-        memcpy(b->to + i * CHANNELS, sum, sizeof sum);
+    float least = INFINITY, alpha = ng_brdf_alpha(at->roughness), nv = lf_lobe_cosine(at);
+    for (uint32_t i = 0; i < count; i++)
+        least = fminf(least, taps[i].tangent);
+    float wide = fminf(sqrtf(alpha * alpha + least), 1), roughness = sqrtf(wide);
+    for (uint32_t i = 0; i < count; i++) {
+        struct tap *t = &taps[i];
+        float density = ng_brdf_sample_pdf(nv, t->nh, roughness) + t->hit->density;
+        t->weight *= ng_brdf_lobe(t->cosine, nv, t->nh, roughness) * t->cosine / density;
     }
 }
 
-// `seen`: two of them; the result is in the second.
-static void blur(const struct lf_encode_scene *scene, const struct lf_mirror *m, const struct lf_floats *seen)
-{
-    for (size_t pass = 0; pass < LF_MIRROR_PASSES; pass++) {
-        struct blurring b = {.blurs = m->blurs.items + pass * m->hits.count,
-                             .from = seen[pass % 2].list.items,
-                             .to = seen[(pass + 1) % 2].list.items};
-        ng_jobs_for(scene->jobs, (uint32_t)m->hits.count, 512, blur_hits, &b);
-    }
-}
-
-// ---- to the pixels between -------------------------------------------------------------------------------
-
-static void find_taps(const struct lf_pixel_clues *p, struct lf_mirror_taps *t)
+static void find_taps(const struct lf_pixel_clues *p, struct lf_mirror_taps *out)
 {
     const struct lf_mirror *m = &p->reflections;
-    uint32_t x = t->pixel % p->width, y = t->pixel / p->width, s = m->spacing;
-    float fx = (float)(x % s) / (float)s, fy = (float)(y % s) / (float)s, sum = 0;
-    for (uint32_t k = 0; k < 4; k++) {
-        uint32_t column = x / s + (k & 1), row = y / s + (k >> 1);
-        bool inside = column < m->width && row < m->height;
-        uint32_t hit = inside ? m->hit_at.items[(size_t)row * m->width + column] : 0;
-        t->hit[k] = hit ? hit - 1 : 0;
-        t->weight[k] = 0;
-        if (hit)
-            t->weight[k] = ((k & 1 ? fx : 1 - fx) * (k >> 1 ? fy : 1 - fy) + LEAST_WEIGHT) *
-                           (likeness(p, t->pixel, m->hits.items[hit - 1].pixel) + 1e-6f);
-        sum += t->weight[k];
+    const struct lf_mirror_lattice *l = &m->lattices[kind_of(p, out->pixel)];
+    uint32_t x = out->pixel % p->width, y = out->pixel / p->width, s = l->spacing, count = 0;
+    uint32_t first_column = (x + s / 2) / s - LF_BLOCK_REACH / 2,
+             first_row = (y + s / 2) / s - LF_BLOCK_REACH / 2; // may wrap
+    float across[LF_BLOCK_REACH], down[LF_BLOCK_REACH], sum = 0;
+    lf_block_window((float)x / (float)s - (float)(int32_t)first_column, across);
+    lf_block_window((float)y / (float)s - (float)(int32_t)first_row, down);
+    struct tap taps[LF_MIRROR_TAPS];
+    struct lf_lobe lobe;
+    lf_pixel_lobe(p, out->pixel, &lobe);
+    for (uint32_t k = 0; k < LF_MIRROR_TAPS; k++) {
+        uint32_t column = first_column + k % LF_BLOCK_REACH, row = first_row + k / LF_BLOCK_REACH;
+        if (column >= l->width || row >= l->height)
+            continue;
+        uint32_t hit = l->hit_at.items[(size_t)row * l->width + column];
+        if (!hit)
+            continue;
+        taps[count] = (struct tap){.hit = &m->hits.items[hit - 1],
+                                   .weight = across[k % LF_BLOCK_REACH] * down[k / LF_BLOCK_REACH]};
+        count += make_tap(p, out->pixel, &lobe, &taps[count]);
     }
-    for (int k = 0; k < 4; k++)
-        t->weight[k] = sum > 0 ? t->weight[k] / sum : 0;
+    weigh(&lobe, taps, count);
+    for (uint32_t k = 0; k < count; k++)
+        sum += taps[k].weight;
+    for (uint32_t k = 0; k < LF_MIRROR_TAPS; k++) {
+        out->hit[k] = k < count ? (uint32_t)(taps[k].hit - m->hits.items) : 0;
+        out->weight[k] = k < count && sum > 0 ? taps[k].weight / sum : 0;
+    }
 }
 
 static void find_all_taps(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -252,14 +298,25 @@ static ng_result connect(const struct cast *cast)
     struct lf_mirror *m = &p->reflections;
     size_t count = (size_t)p->width * p->height;
     m->taps.count = 0;
-    if (!ng_array_resize(&m->blurs, LF_MIRROR_PASSES * m->hits.count) || !ng_array_reserve(&m->taps, count))
+    if (!ng_array_reserve(&m->taps, count))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0; m->hits.count && i < count; i++)
-        if (is_smooth(p, i))
+        if (kind_of(p, i) != LF_MIRROR_KINDS)
             m->taps.items[m->taps.count++].pixel = (uint32_t)i;
-    ng_jobs_for(cast->scene->jobs, (uint32_t)m->hits.count, 256, find_blurs, (void *)cast);
-    ng_jobs_for(cast->scene->jobs, (uint32_t)m->taps.count, 1024, find_all_taps, (void *)cast);
+    ng_jobs_for(cast->scene->jobs, (uint32_t)m->taps.count, 256, find_all_taps, (void *)cast);
     return NG_OK;
+}
+
+// `seen`: [hits][CHANNELS]. Adds what is seen through a metal to what the metal shows.
+static void add_reflections(const struct lf_mirror *m, uint32_t from, uint32_t channels, float *seen)
+{
+    for (size_t i = m->first; i < m->hits.count; i++) {
+        const struct lf_mirror_hit *hit = &m->hits.items[i], *metal = &m->hits.items[hit->through - 1];
+        float *to = seen + (size_t)(hit->through - 1) * CHANNELS;
+        float cosine = fmaxf(lf_dot(metal->normal, metal->view), 0);
+        for (uint32_t c = from; c < channels; c++)
+            to[c] += ng_brdf_f(cosine, metal->f0[(c - from) % 3]) * seen[i * CHANNELS + c];
+    }
 }
 
 struct spreading {
@@ -276,14 +333,13 @@ static void spread_taps(void *user, uint32_t begin, uint32_t end, uint32_t worke
     for (uint32_t i = begin; i < end; i++) {
         const struct lf_mirror_taps *t = &s->mirror->taps.items[i];
         float sum[CHANNELS] = {0};
-        for (int k = 0; k < 4; k++)
+        for (int k = 0; k < LF_MIRROR_TAPS; k++)
             for (size_t c = 0; c < CHANNELS; c++)
                 sum[c] += t->weight[k] * s->from[t->hit[k] * (size_t)CHANNELS + c];
         for (uint32_t c = 0; c < s->channels; c++)
             s->planes[c][t->pixel] = sum[c];
     }
 }
-
 struct clearing {
     const struct spreading *planes;
     size_t count;
@@ -297,7 +353,7 @@ static void clear_planes(void *user, uint32_t begin, uint32_t end, uint32_t work
         memset(c->planes->planes[i], 0, c->count * sizeof(float));
 }
 
-// Pixels that are not smooth have no reflection.
+// Pixels without a reflection show none.
 static void spread(const struct lf_encode_scene *scene, const struct lf_pixel_clues *p,
                    const struct spreading *s)
 {
@@ -318,20 +374,19 @@ static bool wants_any(const struct lf_encode_scene *s)
 static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
 {
     struct lf_mirror *m = &p->reflections;
-    for (int i = 0; i < 2; i++)
-        if (!ng_array_resize(&m->seen[i].list, CHANNELS * m->hits.count))
-            return ng_out_of_memory("the reflections of a picture");
+    if (!ng_array_resize(&m->seen.list, CHANNELS * m->hits.count))
+        return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0; i < m->hits.count; i++) {
         const struct lf_mirror_hit *hit = &m->hits.items[i];
-        float *seen = m->seen[0].list.items + i * CHANNELS;
+        float *seen = m->seen.list.items + i * CHANNELS;
         seen[0] = hit->met ? 1 / (1 + hit->distance) : 0;
         lf_mad(hit->albedo, hit->f0, 1, seen + 1);
         memcpy(seen + 4, hit->emission, sizeof hit->emission);
         p->emits = p->emits || lf_max3(hit->emission) > 0;
     }
-    blur(scene, m, m->seen);
+    add_reflections(m, 4, PIXEL_CHANNELS, m->seen.list.items);
     struct spreading s = {.mirror = m,
-                          .from = m->seen[1].list.items,
+                          .from = m->seen.list.items,
                           .channels = PIXEL_CHANNELS,
                           .planes = {p->mirror, p->mirror_albedo[0], p->mirror_albedo[1], p->mirror_albedo[2],
                                      p->emission[0], p->emission[1], p->emission[2]}};
@@ -346,11 +401,16 @@ ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget, s
 {
     const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(scene->tracer)->camera;
     struct cast cast = {.scene = scene, .pixels = out};
+    struct lf_mirror *m = &out->reflections;
     if (!wants_any(scene))
         return NG_OK;
     cast.focal = lf_finite((float)out->height / (2 * tanf(camera->fov_y / 2)));
-    NG_TRY(choose_pixels(budget, out));
-    ng_jobs_for(scene->jobs, (uint32_t)out->reflections.hits.count, 64, cast_rays, &cast);
+    m->hits.count = 0;
+    NG_TRY(choose_pixels(LF_MIRROR_METAL, budget - budget / 4, out));
+    NG_TRY(choose_pixels(LF_MIRROR_GLOSS, budget / 4, out));
+    ng_jobs_for(scene->jobs, (uint32_t)m->hits.count, 64, cast_from_pixels, &cast);
+    NG_TRY(go_on(m));
+    ng_jobs_for(scene->jobs, (uint32_t)m->hits.count - m->first, 64, cast_from_hits, &cast);
     NG_TRY(connect(&cast));
     return fill_pixels(scene, out);
 }
@@ -377,27 +437,27 @@ static void set_lane(const struct lf_mirror_hit *hit, int lane, struct lf_points
     out->roughness[lane] = hit->roughness;
 }
 
-// The part of the light that reaches a hit: by rays to the first of its direct VPLs, the same for all hits.
-static float visibility(const struct lighting *l, const struct lf_mirror_hit *hit)
+// Whether the light reaches a hit: by a ray to one of its direct VPLs, another one for each hit of a block.
+static bool is_reached(const struct lighting *l, const struct lf_mirror_hit *hit)
 {
     const struct lf_light_clues *light = l->light;
-    uint32_t count = light->vpl_count < SHADOW_RAYS ? light->vpl_count : SHADOW_RAYS;
-    float position[3], sum = 0, seen = 0;
+    uint32_t count = light->vpl_count < LF_BLOCK * LF_BLOCK ? light->vpl_count : LF_BLOCK * LF_BLOCK;
+    float position[3];
     lf_to_world(&light->space, hit->position, position);
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < TRIES; i++) {
+        const struct ng_light_sample *vpl = &light->vpls.items[(hit->block + i) % count];
         struct ng_light_incident in;
         struct lf_ray ray = {.near = 0};
-        ng_light_incident_at(&light->unit, &light->vpls.items[i], position, &in);
+        ng_light_incident_at(&light->unit, vpl, position, &in);
         float weight = ng_light_mean(in.irradiance) * lf_dot(hit->normal, in.direction);
         if (!(weight > 0) || !(lf_dot(hit->flat, in.direction) > 0))
             continue;
         lf_trace_origin(l->scene->tracer, position, hit->flat, in.direction, ray.origin);
         memcpy(ray.direction, in.direction, sizeof ray.direction);
         ray.far = in.distance * SHADOW_REACH;
-        sum += weight;
-        seen += lf_trace_occluded(l->scene->tracer, &ray) ? 0 : weight;
+        return !lf_trace_occluded(l->scene->tracer, &ray);
     }
-    return sum > 0 ? seen / sum : 0;
+    return false;
 }
 
 static void light_lanes(const struct lighting *l, size_t first)
@@ -413,13 +473,14 @@ static void light_lanes(const struct lighting *l, size_t first)
     lf_kernels_of(0)->bounce(l->light->sources.items, (uint32_t)l->light->sources.count, &points, bounce);
     for (size_t i = 0; i < count; i++) {
         float *out = l->out + (first + i) * CHANNELS, lit_sum = 0;
+        float f0 = first + i < l->mirror->first && goes_on(&hits[i]) ? 0 : 1; // has it a ray to see that?
         for (int c = 0; c < 3; c++) {
             out[c] = hits[i].met ? lf_finite(lit.diffuse[c][i] + lit.glossy[c][i]) : 0;
-            out[3 + c] = hits[i].met ? lf_finite(bounce[c][i] * hits[i].albedo[c]) : 0;
+            out[3 + c] = hits[i].met ? lf_finite(bounce[c][i] * (hits[i].albedo[c] + f0 * hits[i].f0[c])) : 0;
             lit_sum += out[c];
         }
-        float part = lit_sum > 0 ? visibility(l, &hits[i]) : 0;
-        lf_scale(out, part, out);
+        if (!(lit_sum > 0) || !is_reached(l, &hits[i]))
+            lf_scale(out, 0, out);
     }
 }
 
@@ -434,14 +495,13 @@ ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_p
                           struct lf_light_clues *light, float *const direct[3], float *const bounce[3])
 {
     const struct lf_mirror *m = &pixels->reflections;
-    for (int i = 0; i < 2; i++)
-        if (!ng_array_resize(&light->reflected[i].list, CHANNELS * m->hits.count))
-            return ng_out_of_memory("the view of a light");
-    struct lighting l = {.scene = scene, .mirror = m, .light = light, .out = light->reflected[0].list.items};
+    if (!ng_array_resize(&light->reflected.list, CHANNELS * m->hits.count))
+        return ng_out_of_memory("the view of a light");
+    struct lighting l = {.scene = scene, .mirror = m, .light = light, .out = light->reflected.list.items};
     ng_jobs_for(scene->jobs, (uint32_t)((m->hits.count + LF_LANES - 1) / LF_LANES), 4, light_hits, &l);
-    blur(scene, m, light->reflected);
+    add_reflections(m, 0, LIGHT_CHANNELS, light->reflected.list.items);
     struct spreading s = {.mirror = m,
-                          .from = light->reflected[1].list.items,
+                          .from = light->reflected.list.items,
                           .channels = LIGHT_CHANNELS,
                           .planes = {direct[0], direct[1], direct[2], bounce[0], bounce[1], bounce[2]}};
     spread(scene, pixels, &s);

@@ -143,6 +143,16 @@ static void read_runs(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     }
 }
 
+void lf_pixel_lobe(const struct lf_pixel_clues *p, size_t pixel, struct lf_lobe *out)
+{
+    for (int c = 0; c < 3; c++) {
+        out->normal[c] = p->normal[c][pixel];
+        out->flat[c] = p->flat[c][pixel];
+        out->view[c] = p->view[c][pixel];
+    }
+    out->roughness = p->roughness[pixel];
+}
+
 void lf_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, int lane, struct lf_points *out)
 {
     for (int c = 0; c < 3; c++) {
@@ -158,8 +168,7 @@ void lf_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, int lane,
 
 // ---- the grid --------------------------------------------------------------------------------------------
 
-// How much a pixel of the grid says of another: bilinear, times likeness of plane and normal.
-static float likeness(const struct lf_pixel_clues *p, size_t pixel, size_t other)
+float lf_pixel_likeness(const struct lf_pixel_clues *p, size_t pixel, size_t other)
 {
     float height = 0, cosine = 0;
     for (int c = 0; c < 3; c++) {
@@ -185,7 +194,7 @@ static void tap_grid(struct lf_pixel_clues *p, uint32_t x, uint32_t y)
         if (p->mask[pixel] > 0 && nx < p->grid_width && ny < p->grid_height)
             taps->weight[k] =
                 (k & 1 ? fx : 1 - fx) * (k >> 1 ? fy : 1 - fy) *
-                likeness(p, pixel, (size_t)ny * LF_BOUNCE_STEP * p->width + nx * LF_BOUNCE_STEP);
+                lf_pixel_likeness(p, pixel, (size_t)ny * LF_BOUNCE_STEP * p->width + nx * LF_BOUNCE_STEP);
         sum += taps->weight[k];
     }
     for (int k = 0; k < 4; k++)

@@ -10,7 +10,7 @@
 #include <string.h>
 
 struct dataset {
-    const char *scene, *output, *check, *sheet, *camera, *device;
+    const char *scene, *output, *check, *sheet, *camera, *device, *targets;
     uint32_t count, seed, size, crop, crops, spp, depth, shard, vpls, threads;
     double time;
 };
@@ -38,6 +38,12 @@ static const struct cli_option options[] = {
     NUMBER("--crop", crop, "128", "pixels a side of a crop; 0: whole frames"),
     NUMBER("--crops", crops, "4", "crops of a frame"),
     NUMBER("--spp", spp, "64", "paths a pixel of the targets"),
+    {.name = "--targets",
+     .kind = CLI_TEXT,
+     .offset = offsetof(struct dataset, targets),
+     .value = "DIR",
+     .doc =
+         "take targets from this data set of the same settings, where it has them: after a change of inputs"},
     NUMBER("--depth", depth, "0",
            "segments of these paths, the camera's included: 2 gives direct light; 0: no limit"),
     NUMBER("--shard", shard, "64", "crops a file"),
@@ -126,6 +132,7 @@ static ng_result make(const struct dataset *d, struct ng_stage *stage)
                                        .depth = d->depth,
                                        .shard = d->shard,
                                        .vpls = d->vpls,
+                                       .targets = d->targets,
                                        .progress = show_progress,
                                        .user = &progress};
     progress_begin(&progress, "sample", d->count);

@@ -2,8 +2,8 @@
 
 Of each light k (unit power; shares weigh the sums over lights, so that all is linear in the powers):
 
-    visibility   a U-Net on the distances of eq. 2, at half resolution, and a small head: V of the diffuse and of the
-                 glossy lobe
+    visibility   a U-Net on the distances of eq. 2 and what rays found, at half resolution, and a small head: V of the
+                 diffuse and of the glossy lobe
     direct       T_l = sum s_k (D_k + G_k),  T_d = sum s_k (V_k,d D_k + V_k,g G_k), the clues D and G being exact
     transfer     z_i = mean of an MLP over the texels of the RSM; each pixel's gates (half resolution) weigh it:
                  sum s_k g_k z_i,k
@@ -26,7 +26,7 @@ UNIT = 1 / 30
 PARTS = {
     "attention": "gates of each pixel on a light's indirect embedding (without: plain weighted mean)",
     "half-vector": "how near the half vector and the mirror direction are to a highlight",
-    "highlights": "shadow rays of highlights",
+    "reached": "rays to spread points of the light, and of highlights",
     "direction": "the direction to the light, in world axes",
     "shadow-clue": "distances to occluders (eq. 2)",
     "decomposition": "visibility of each light (without: one ratio decoded from the sum)",
@@ -121,7 +121,10 @@ def _visibility(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixe
         log_gap = b.affine(b.apply("log", b.affine(gap, 1.0, 1e-3)), 1 / 3, 1.5)
         fine += [occluded, log_gap, ratio]
         diffuse = b.affine(occluded, -4.0, 2.0)
-    glossy = diffuse if "highlights" in without else b.affine("view.mirror_blocked", -6.0, 3.0)
+    glossy = diffuse
+    if "reached" not in without:
+        diffuse, glossy = (_logit(b, f"view.{lobe}_reached") for lobe in ("diffuse", "glossy"))
+        fine += ["view.diffuse_reached", "view.glossy_reached"]
     fine_value = b.apply("concat", *fine)
     coarse = [b.pool(x) for x in (log_distance, pixel.log_distance, pixel.cosine)]
     if "direction" not in without:
@@ -133,13 +136,16 @@ def _visibility(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixe
     return Visibility(code, head, diffuse, glossy)
 
 
+def _logit(b: Builder, share: str) -> str:
+    """What the sigmoid makes a share of again, within a hundredth."""
+    return b.apply("sub", b.apply("log", b.affine(share, 1.0, 0.01)), b.apply("log", b.affine(share, -1.0, 1.01)))
+
+
 def _head(b: Builder, widths: Widths, without: frozenset[str], pixel: Pixel, inputs: list[str]) -> str:
     inputs = [*inputs, pixel.cosine, "pixel.roughness"]
     if "half-vector" not in without:
         half = b.apply("normalize", b.apply("add", "view.direction", "pixel.view"))
         inputs += [b.apply("dot", "pixel.normal", half), b.apply("dot", "view.direction", pixel.mirror)]
-    if "highlights" not in without:
-        inputs.append("view.mirror_blocked")
     return b.mlp("head", inputs, [widths.head, widths.head])
 
 

@@ -1,0 +1,36 @@
+// Sharing rays between neighbours. Pixels of a block ask different questions (another point of the light,
+// another direction of the lobe), and every pixel takes the answers of a block around it, of surfaces like
+// its own: as many answers as the block has pixels for one ray each, from a pattern that never changes
+// (interleaved sampling; Keller and Heidrich 2001).
+#ifndef LF_ENCODE_BLOCK_H
+#define LF_ENCODE_BLOCK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct lf_encode_scene;
+struct lf_pixel_clues;
+
+#define LF_BLOCK       4              // places each way
+#define LF_BLOCK_REACH (LF_BLOCK + 1) // neighbours each way that are looked at
+
+// Place of a pixel, or of a ray, in its block: 0 to LF_BLOCK^2 - 1.
+static inline uint32_t lf_block_place(uint32_t x, uint32_t y)
+{
+    return y % LF_BLOCK * LF_BLOCK + x % LF_BLOCK;
+}
+
+// The same 16 numbers in an order in which any four neighbours are far apart.
+extern const unsigned char lf_block_order[LF_BLOCK * LF_BLOCK];
+
+// Weights of LF_BLOCK_REACH places in a row, of which those inside a block's width around `at` (in places
+// from the first) count: so each of a block's places counts as one, wherever the block is.
+void lf_block_window(float at, float out[LF_BLOCK_REACH]);
+
+// The parts that pixels found, as the weighted mean of their neighbours': sum of part * weight over sum of
+// weight. A weight of 0: nothing was asked. 0 where no neighbour was asked. `lobes`: only neighbours count
+// whose highlights look into the same directions. `out` is neither of the others.
+void lf_block_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                      const float *part, const float *weight, bool lobes, float *out);
+
+#endif
