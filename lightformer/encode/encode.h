@@ -62,7 +62,7 @@ static inline uint64_t lf_encode_reads(const struct lf_net *net)
 struct lf_encode_pixels_params {
     struct lf_gbuffer gbuffer;
     uint32_t width, height;
-    // Most mirror rays of a picture; 0: one for every eight pixels. Where more pixels are smooth, every
+    // Most rays for reflections; 0: one for every four pixels. Where more pixels reflect, every
     // second, fourth, ... in a fixed pattern is traced, and the others take from their neighbours.
     uint32_t mirror_rays;
 };

@@ -406,8 +406,8 @@ ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget, s
         return NG_OK;
     cast.focal = lf_finite((float)out->height / (2 * tanf(camera->fov_y / 2)));
     m->hits.count = 0;
-    NG_TRY(choose_pixels(LF_MIRROR_METAL, budget - budget / 4, out));
-    NG_TRY(choose_pixels(LF_MIRROR_GLOSS, budget / 4, out));
+    NG_TRY(choose_pixels(LF_MIRROR_METAL, budget - budget / 4, out)); // at least one each
+    NG_TRY(choose_pixels(LF_MIRROR_GLOSS, (budget + 3) / 4, out));
     ng_jobs_for(scene->jobs, (uint32_t)m->hits.count, 64, cast_from_pixels, &cast);
     NG_TRY(go_on(m));
     ng_jobs_for(scene->jobs, (uint32_t)m->hits.count - m->first, 64, cast_from_hits, &cast);
