@@ -48,11 +48,10 @@ struct lf_mirror_hit {
     float emission[3]; // W/(sr m2), not of lights
 };
 
-#define LF_MIRROR_TAPS 25
-// Hits that a pixel takes its reflection from. Weights sum to 1, or are all 0.
+// What a pixel takes of the rays of a block around it, row by row: weights of 65535 in all, or none.
 struct lf_mirror_taps {
-    uint32_t pixel, hit[LF_MIRROR_TAPS];
-    float weight[LF_MIRROR_TAPS];
+    uint32_t pixel;
+    uint16_t weight[LF_BLOCK_REACH * LF_BLOCK_REACH];
 };
 
 // Of what metals reflect all is seen, of what others do little: each has a density of rays of its own.

@@ -1,6 +1,6 @@
 // What smooth surfaces and metals reflect. One ray each at every n-th pixel, in a direction that the BRDF
 // chooses: one of sixteen, by the place in blocks of 4 x 4 rays. Where it meets a metal, one more goes on.
-// Both are lit where they end. Every pixel then weighs the sixteen nearest rays by how well its own BRDF
+// Both are lit where they end. Every pixel then weighs the rays of a block around it by how well its own BRDF
 // reflects what they met (Stachowiak 2015, "Stochastic screen-space reflections"): so a block holds a whole
 // lobe, and the blur is as wide as roughness, distance and the bend of the surface make it.
 #include "lightformer/encode/clues_internal.h"
@@ -14,6 +14,8 @@
 #define PIXEL_CHANNELS  7    // nearness, albedo + F0, emission
 #define LIGHT_CHANNELS  6    // direct light, bounce * (albedo + F0)
 #define LEAST_PART      1e-3f
+#define TAPS            (LF_BLOCK_REACH * LF_BLOCK_REACH)
+#define WHOLE           65535.0f // sum of a pixel's weights
 #define PLANE_GRAIN     0.05f
 
 struct cast {
@@ -197,9 +199,32 @@ static void cast_from_hits(void *user, uint32_t begin, uint32_t end, uint32_t wo
 
 // ---- what pixels take from rays --------------------------------------------------------------------------
 
+// The rays of a block around a pixel.
+struct block {
+    const struct lf_mirror_lattice *lattice;
+    uint32_t column, row; // of the first; may wrap
+};
+
+static struct block block_of(const struct lf_pixel_clues *p, uint32_t pixel)
+{
+    const struct lf_mirror_lattice *l = &p->reflections.lattices[kind_of(p, pixel)];
+    uint32_t x = pixel % p->width, y = pixel / p->width, half = LF_BLOCK_REACH / 2;
+    return (struct block){l, (x + l->spacing / 2) / l->spacing - half,
+                          (y + l->spacing / 2) / l->spacing - half};
+}
+
+// Index of ray k's hit + 1, or 0.
+static uint32_t hit_of(const struct block *b, uint32_t k)
+{
+    uint32_t column = b->column + k % LF_BLOCK_REACH, row = b->row + k / LF_BLOCK_REACH;
+    bool inside = column < b->lattice->width && row < b->lattice->height;
+    return inside ? b->lattice->hit_at.items[(size_t)row * b->lattice->width + column] : 0;
+}
+
 // One ray as a pixel sees it.
 struct tap {
     const struct lf_mirror_hit *hit;
+    uint32_t place;    // in the block
     float weight;      // by place
     float cosine;      // of the direction to what it met
     float nh, tangent; // of the half vector: cosine, squared tangent
@@ -251,37 +276,40 @@ static void weigh(const struct lf_lobe *at, struct tap *taps, uint32_t count)
     }
 }
 
-static void find_taps(const struct lf_pixel_clues *p, struct lf_mirror_taps *out)
+// All rays of the block that show the pixel something.
+static uint32_t gather_taps(const struct lf_pixel_clues *p, uint32_t pixel, const struct lf_lobe *lobe,
+                            struct tap taps[TAPS])
 {
-    const struct lf_mirror *m = &p->reflections;
-    const struct lf_mirror_lattice *l = &m->lattices[kind_of(p, out->pixel)];
-    uint32_t x = out->pixel % p->width, y = out->pixel / p->width, s = l->spacing, count = 0;
-    uint32_t first_column = (x + s / 2) / s - LF_BLOCK_REACH / 2,
-             first_row = (y + s / 2) / s - LF_BLOCK_REACH / 2; // may wrap
-    float across[LF_BLOCK_REACH], down[LF_BLOCK_REACH], sum = 0;
-    lf_block_window((float)x / (float)s - (float)(int32_t)first_column, across);
-    lf_block_window((float)y / (float)s - (float)(int32_t)first_row, down);
-    struct tap taps[LF_MIRROR_TAPS];
-    struct lf_lobe lobe;
-    lf_pixel_lobe(p, out->pixel, &lobe);
-    for (uint32_t k = 0; k < LF_MIRROR_TAPS; k++) {
-        uint32_t column = first_column + k % LF_BLOCK_REACH, row = first_row + k / LF_BLOCK_REACH;
-        if (column >= l->width || row >= l->height)
-            continue;
-        uint32_t hit = l->hit_at.items[(size_t)row * l->width + column];
+    struct block b = block_of(p, pixel);
+    float across[LF_BLOCK_REACH], down[LF_BLOCK_REACH], s = (float)b.lattice->spacing;
+    uint32_t count = 0;
+    lf_block_window((float)(pixel % p->width) / s - (float)(int32_t)b.column, across);
+    lf_block_window((float)(pixel / p->width) / s - (float)(int32_t)b.row, down);
+    for (uint32_t k = 0; k < TAPS; k++) {
+        uint32_t hit = hit_of(&b, k);
         if (!hit)
             continue;
-        taps[count] = (struct tap){.hit = &m->hits.items[hit - 1],
+        taps[count] = (struct tap){.hit = &p->reflections.hits.items[hit - 1],
+                                   .place = k,
                                    .weight = across[k % LF_BLOCK_REACH] * down[k / LF_BLOCK_REACH]};
-        count += make_tap(p, out->pixel, &lobe, &taps[count]);
+        count += make_tap(p, pixel, lobe, &taps[count]);
     }
+    return count;
+}
+
+static void find_taps(const struct lf_pixel_clues *p, struct lf_mirror_taps *out)
+{
+    struct tap taps[TAPS];
+    struct lf_lobe lobe;
+    float sum = 0;
+    lf_pixel_lobe(p, out->pixel, &lobe);
+    uint32_t count = gather_taps(p, out->pixel, &lobe, taps);
     weigh(&lobe, taps, count);
     for (uint32_t k = 0; k < count; k++)
         sum += taps[k].weight;
-    for (uint32_t k = 0; k < LF_MIRROR_TAPS; k++) {
-        out->hit[k] = k < count ? (uint32_t)(taps[k].hit - m->hits.items) : 0;
-        out->weight[k] = k < count && sum > 0 ? taps[k].weight / sum : 0;
-    }
+    memset(out->weight, 0, sizeof out->weight);
+    for (uint32_t k = 0; sum > 0 && k < count; k++)
+        out->weight[taps[k].place] = (uint16_t)(taps[k].weight / sum * WHOLE + 0.5f);
 }
 
 static void find_all_taps(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -296,13 +324,14 @@ static ng_result connect(const struct cast *cast)
 {
     struct lf_pixel_clues *p = cast->pixels;
     struct lf_mirror *m = &p->reflections;
-    size_t count = (size_t)p->width * p->height;
-    m->taps.count = 0;
-    if (!ng_array_reserve(&m->taps, count))
+    size_t pixels = (size_t)p->width * p->height, count = 0;
+    for (size_t i = 0; m->hits.count && i < pixels; i++)
+        count += kind_of(p, i) != LF_MIRROR_KINDS;
+    if (!ng_array_resize(&m->taps, count))
         return ng_out_of_memory("the reflections of a picture");
-    for (size_t i = 0; m->hits.count && i < count; i++)
+    for (size_t i = 0, next = 0; next < count; i++)
         if (kind_of(p, i) != LF_MIRROR_KINDS)
-            m->taps.items[m->taps.count++].pixel = (uint32_t)i;
+            m->taps.items[next++].pixel = (uint32_t)i;
     ng_jobs_for(cast->scene->jobs, (uint32_t)m->taps.count, 256, find_all_taps, (void *)cast);
     return NG_OK;
 }
@@ -320,7 +349,7 @@ static void add_reflections(const struct lf_mirror *m, uint32_t from, uint32_t c
 }
 
 struct spreading {
-    const struct lf_mirror *mirror;
+    const struct lf_pixel_clues *pixels;
     const float *from;
     uint32_t channels;
     float *planes[PIXEL_CHANNELS];
@@ -331,15 +360,21 @@ static void spread_taps(void *user, uint32_t begin, uint32_t end, uint32_t worke
     NG_UNUSED(worker);
     const struct spreading *s = user;
     for (uint32_t i = begin; i < end; i++) {
-        const struct lf_mirror_taps *t = &s->mirror->taps.items[i];
+        const struct lf_mirror_taps *t = &s->pixels->reflections.taps.items[i];
+        struct block b = block_of(s->pixels, t->pixel);
         float sum[CHANNELS] = {0};
-        for (int k = 0; k < LF_MIRROR_TAPS; k++)
+        for (uint32_t k = 0; k < TAPS; k++) {
+            if (!t->weight[k])
+                continue;
+            const float *seen = s->from + (size_t)(hit_of(&b, k) - 1) * CHANNELS;
             for (size_t c = 0; c < CHANNELS; c++)
-                sum[c] += t->weight[k] * s->from[t->hit[k] * (size_t)CHANNELS + c];
+                sum[c] += (float)t->weight[k] * seen[c];
+        }
         for (uint32_t c = 0; c < s->channels; c++)
-            s->planes[c][t->pixel] = sum[c];
+            s->planes[c][t->pixel] = sum[c] / WHOLE;
     }
 }
+
 struct clearing {
     const struct spreading *planes;
     size_t count;
@@ -354,12 +389,11 @@ static void clear_planes(void *user, uint32_t begin, uint32_t end, uint32_t work
 }
 
 // Pixels without a reflection show none.
-static void spread(const struct lf_encode_scene *scene, const struct lf_pixel_clues *p,
-                   const struct spreading *s)
+static void spread(const struct lf_encode_scene *scene, const struct spreading *s)
 {
-    struct clearing clearing = {.planes = s, .count = (size_t)p->width * p->height};
+    struct clearing clearing = {.planes = s, .count = (size_t)s->pixels->width * s->pixels->height};
     ng_jobs_for(scene->jobs, s->channels, 1, clear_planes, &clearing);
-    ng_jobs_for(scene->jobs, (uint32_t)s->mirror->taps.count, 2048, spread_taps, (void *)s);
+    ng_jobs_for(scene->jobs, (uint32_t)s->pixels->reflections.taps.count, 2048, spread_taps, (void *)s);
 }
 
 // ---- pixels ----------------------------------------------------------------------------------------------
@@ -385,12 +419,12 @@ static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixe
         p->emits = p->emits || lf_max3(hit->emission) > 0;
     }
     add_reflections(m, 4, PIXEL_CHANNELS, m->seen.list.items);
-    struct spreading s = {.mirror = m,
+    struct spreading s = {.pixels = p,
                           .from = m->seen.list.items,
                           .channels = PIXEL_CHANNELS,
                           .planes = {p->mirror, p->mirror_albedo[0], p->mirror_albedo[1], p->mirror_albedo[2],
                                      p->emission[0], p->emission[1], p->emission[2]}};
-    spread(scene, p, &s);
+    spread(scene, &s);
     p->values.of[LF_INPUT_PIXEL_MIRROR] = p->mirror;
     p->values.of[LF_INPUT_PIXEL_MIRROR_ALBEDO] = p->mirror_albedo[0];
     p->values.of[LF_INPUT_PIXEL_MIRROR_EMISSION] = p->emits ? p->mirror_emission[0] : NULL;
@@ -500,10 +534,10 @@ ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_p
     struct lighting l = {.scene = scene, .mirror = m, .light = light, .out = light->reflected.list.items};
     ng_jobs_for(scene->jobs, (uint32_t)((m->hits.count + LF_LANES - 1) / LF_LANES), 4, light_hits, &l);
     add_reflections(m, 0, LIGHT_CHANNELS, light->reflected.list.items);
-    struct spreading s = {.mirror = m,
+    struct spreading s = {.pixels = pixels,
                           .from = light->reflected.list.items,
                           .channels = LIGHT_CHANNELS,
                           .planes = {direct[0], direct[1], direct[2], bounce[0], bounce[1], bounce[2]}};
-    spread(scene, pixels, &s);
+    spread(scene, &s);
     return NG_OK;
 }
