@@ -512,6 +512,55 @@ static void however_made_the_files_are_the_same(void **state)
     assert_equal_sets(whole, other);
 }
 
+static void refused(const struct lf_dataset_params *p, ng_result expected, const char *text)
+{
+    struct lf_dataset_report report;
+    struct test_log log;
+    test_log_begin(&log);
+    ng_result result = lf_dataset_make(p, &report);
+    test_log_end(&log);
+    if (result != expected || log.errors != 1 || !strstr(log.text, text))
+        fail_msg("expected %d and \"%s\", not %d and \"%s\"", expected, text, result, log.text);
+}
+
+// Targets of another set are taken where they are of the same samples and settings; what lacks is traced.
+static void targets_may_be_taken(void **state)
+{
+    NG_UNUSED(state);
+    char traced[512], taken[512], path[600];
+    struct lf_dataset_report report;
+    new_directory(traced, "traced");
+    new_directory(taken, "taken");
+    struct lf_dataset_params p = small(traced);
+    make(&p);
+    struct lf_tensors t; // a target that says where it comes from
+    shard_path(traced, 0, path);
+    OK(lf_tensors_read(path, &t));
+    ((float *)find(&t, "1/target.indirect", 3 * 24 * 24 * 2)->data)[7] = 1234;
+    OK(lf_tensors_write(&t, path));
+    lf_tensors_finish(&t);
+    shard_path(traced, 2, path);
+    remove(path);
+    snprintf(path, sizeof path, "%s/manifest.json", traced);
+    remove(path);
+    p.count = 4;
+    make(&p); // lists what is left
+    p = small(taken);
+    p.targets = traced;
+    report = make(&p);
+    assert_int_equal(report.samples, 5);
+    shard_path(taken, 0, path);
+    OK(lf_tensors_read(path, &t));
+    assert_true(((float *)find(&t, "1/target.indirect", 3 * 24 * 24 * 2)->data)[7] == 1234);
+    lf_tensors_finish(&t);
+    p.directory = path;
+    new_directory(path, "others");
+    p.spp = 3;
+    refused(&p, NG_ERROR_FORMAT, "spp is \"8\" there");
+    p.targets = "/nowhere";
+    refused(&p, NG_ERROR_NOT_FOUND, "no data set");
+}
+
 // A range that ends within a shard, and later goes on.
 static void a_longer_run_replaces_the_last_shard(void **state)
 {
@@ -531,17 +580,6 @@ static void a_longer_run_replaces_the_last_shard(void **state)
     OK(lf_dataset_check(directory, &contents));
     assert_int_equal(contents.shards, 2);
     assert_int_equal(contents.samples, 4);
-}
-
-static void refused(const struct lf_dataset_params *p, ng_result expected, const char *text)
-{
-    struct lf_dataset_report report;
-    struct test_log log;
-    test_log_begin(&log);
-    ng_result result = lf_dataset_make(p, &report);
-    test_log_end(&log);
-    if (result != expected || log.errors != 1 || !strstr(log.text, text))
-        fail_msg("expected %d and \"%s\", not %d and \"%s\"", expected, text, result, log.text);
 }
 
 static void what_makes_no_sense_is_refused(void **state)
@@ -642,6 +680,7 @@ int main(void)
     const struct CMUnitTest sets[] = {
         cmocka_unit_test(shards_hold_inputs_and_targets),
         cmocka_unit_test(however_made_the_files_are_the_same),
+        cmocka_unit_test(targets_may_be_taken),
         cmocka_unit_test(a_longer_run_replaces_the_last_shard),
         cmocka_unit_test(what_makes_no_sense_is_refused),
         cmocka_unit_test(a_full_disk_leaves_whole_shards),
