@@ -3,10 +3,11 @@
 import unittest
 
 import torch
+import torch.nn.functional as F
 from made import frame, frames, join
 
 import numpy as np
-from lightformer_train import families, network_file
+from lightformer_train import families, kernels, network_file
 from lightformer_train.network import Lights
 from lightformer_train.program import INPUTS
 
@@ -116,10 +117,9 @@ class Batches(unittest.TestCase):
             network = network_file.create(preset)
             out = network(*frames([2], (32, 32), seed=4))
             sum(x.sum() for x in out.values()).backward()
-            for name, weight in network.named_parameters():
+            for name, gradient in network.split(network.parameter.grad).items():
                 with self.subTest(preset=preset, weight=name):
-                    self.assertIsNotNone(weight.grad)
-                    self.assertGreater(float(weight.grad.abs().max()), 0)
+                    self.assertGreater(float(gradient.abs().max()), 0)
 
     def test_bf16_is_near_fp32(self):
         for preset in families.PRESETS:
@@ -135,3 +135,63 @@ class Batches(unittest.TestCase):
             for name in a:
                 error = float(((a[name] - b[name]) ** 2).mean() / (b[name] ** 2).mean())
                 self.assertLess(error, 1e-5, f"{preset} {name}")
+
+
+class Kernels(unittest.TestCase):
+    """What is done by hand is what PyTorch does, and so are its gradients."""
+
+    def compare(self, ours, theirs, *shapes, last: bool = False) -> None:
+        torch.manual_seed(7)
+        inputs = [torch.randn(shape, dtype=torch.float64, requires_grad=True) for shape in shapes]
+        first = inputs[0].contiguous(memory_format=torch.channels_last) if last else inputs[0]
+        values = [f(first, *inputs[1:]) for f in (ours, theirs)]
+        self.assertTrue(torch.allclose(*values))
+        weight = torch.randn_like(values[0])
+        gradients = [torch.autograd.grad((value * weight).sum(), inputs, retain_graph=True) for value in values]
+        for a, b in zip(*gradients):
+            self.assertTrue(torch.allclose(a, b))
+
+    def test_products(self):
+        self.compare(
+            kernels.multiply,
+            lambda x, weight, bias: F.conv2d(x, weight[:, :, None, None], bias),
+            *((3, 5, 6, 7), (4, 5), (4,)),
+            last=True,
+        )
+
+    def test_gradients_of_many_rows_are_added_in_parts(self):
+        a, b = torch.randn(kernels.PARTS * 256, 3), torch.randn(kernels.PARTS * 256, 5)
+        self.assertTrue(torch.allclose(kernels._sum_of_products(a, b), a.t() @ b, rtol=1e-3, atol=1e-3))
+
+    def test_sizes(self):
+        def pool(x: torch.Tensor) -> torch.Tensor:
+            return F.avg_pool2d(x, 2, ceil_mode=True, count_include_pad=False)
+
+        def up(x: torch.Tensor) -> torch.Tensor:
+            return F.interpolate(x, scale_factor=2, mode="bilinear", align_corners=False)
+
+        for size in ((6, 8), (5, 7), (1, 3)):
+            for last in (False, True):
+                with self.subTest(size=size, last=last):
+                    self.compare(kernels.halve, pool, (2, 3, *size), last=last)
+                    self.compare(kernels.double, up, (2, 3, *size), last=last)
+
+    def test_packing(self):
+        self.compare(kernels.pack, lambda x: F.pixel_unshuffle(x, 2), (2, 3, 6, 8))
+
+        def blocks(x: torch.Tensor) -> torch.Tensor:
+            return kernels.unpack_blocks(x.unflatten(1, (-1, 4)).transpose(1, 2).flatten(1, 2))
+
+        for last in (False, True):
+            self.compare(blocks, lambda x: F.pixel_shuffle(x, 2), (2, 12, 3, 4), last=last)
+
+    def test_lights_of_frames(self):
+        owner = torch.tensor([0, 0, 2])
+        for last in (False, True):
+            self.compare(lambda x: kernels.of_lights(x, owner), lambda x: x[owner], (3, 4, 5, 6), last=last)
+            self.compare(
+                lambda x: kernels.over_lights(x, owner, 3),
+                lambda x: torch.stack([x[:2].sum(0), 0 * x[0], x[2]]),
+                (3, 4, 5, 6),
+                last=last,
+            )

@@ -1,11 +1,15 @@
 """What this machine and this process of a training are."""
 
+import ctypes
 import os
 from pathlib import Path
 
 import torch
 import torch.distributed as distributed
 from torch import Tensor
+
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of malloc.h
+LARGEST_BLOCK = 1 << 30
 
 
 class Processes:
@@ -55,6 +59,14 @@ def set_threads(wanted: int, processes: Processes) -> int:
     threads = wanted or max(1, (os.cpu_count() or 1) // processes.here)
     torch.set_num_threads(threads)
     return threads
+
+
+def keep_memory() -> None:
+    """Large blocks stay with the process, where glibc would return each to the system and have it zeroed anew."""
+    libc = ctypes.CDLL(None)
+    if hasattr(libc, "mallopt"):
+        libc.mallopt(M_MMAP_THRESHOLD, LARGEST_BLOCK)
+        libc.mallopt(M_TRIM_THRESHOLD, LARGEST_BLOCK)
 
 
 def precision(name: str, device: torch.device) -> torch.dtype:

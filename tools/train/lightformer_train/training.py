@@ -93,6 +93,7 @@ class Trainer:
         self.processes = machine.Processes()
         self.device = self.processes.device
         self.threads = machine.set_threads(settings.threads, self.processes)
+        machine.keep_memory()
         self.settings, self.dataset, self.output = settings, dataset, output
         self.learn, self.test = dataset.split(settings.held_out)
         torch.manual_seed(settings.seed)
