@@ -92,6 +92,7 @@ class Data(unittest.TestCase):
         learn, test = self.dataset.split(4)
         self.assertEqual((len(learn), len(test)), (20, 4))
         self.assertFalse({crop.seed for crop in learn} & {crop.seed for crop in test})
+        self.assertTrue(self.dataset.split(1)[1])
 
     def test_plain_batches_hold_what_the_shard_holds(self):
         batch = self.batch(0, augment=False, mirror_dropout=0, vpls=500, texels=500)

@@ -118,9 +118,9 @@ class Dataset:
         self.shards.append(tensors)
 
     def split(self, held_out: int) -> tuple[list[Crop], list[Crop]]:
-        """Crops to learn from, and about so many of other samples, spread over all."""
+        """Crops to learn from, and about so many of other samples, spread over all: of one sample at least."""
         samples = sorted({(crop.shard, crop.seed) for crop in self.crops})
-        share = min(held_out / len(self.crops), 0.5)
+        share = max(min(held_out / len(self.crops), 0.5), (1 + 1e-9) / len(samples))
         kept = {sample for i, sample in enumerate(samples) if int((i + 1) * share) > int(i * share)}
         learn = [crop for crop in self.crops if (crop.shard, crop.seed) not in kept]
         return learn, [crop for crop in self.crops if (crop.shard, crop.seed) in kept]
