@@ -162,6 +162,18 @@ class Commands(unittest.TestCase):
         self.assertIn("step 4", said[0])
         self.assertEqual(said[1], "")
         self.assertTrue(output.exists())
+        started = output.with_name("started.safetensors")  # the same, by one command
+        done = run(*(str(started) if word == str(output) else word for word in command[1:]), "--processes", "2")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        ours, theirs = (weights.read(path)[0] for path in (started, output))
+        for name, value in theirs.items():
+            np.testing.assert_array_equal(ours[name], value)
+
+    def test_all_processes_end_with_the_first(self):
+        arguments = (str(SCRATCH / "nowhere"), "-o", str(SCRATCH / "x.safetensors"), "--processes", "2")
+        done = run(*arguments)
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stderr.count("\n"), 1)
 
     def test_a_data_set_without_inputs_is_refused(self):
         tensors, _ = weights.map_tensors(next((SCRATCH / "data").glob("*.safetensors")))

@@ -3,6 +3,7 @@
 
     tools/train/train.py out/chess -o out/chess.safetensors --minutes 40
     tools/train/train.py out/chess -o out/flat.safetensors --without attention --steps 5000
+    tools/train/train.py out/chess -o out/chess.safetensors --processes 2 --threads 1 --batch 2
     torchrun --nproc_per_node 4 tools/train/train.py ...
 
 Writes the network, a report beside it (.html) and, while it works, a checkpoint (.checkpoint), from which --resume
@@ -11,7 +12,11 @@ goes on.
 
 import argparse
 import os
+import socket
+import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 # Threads that spin while they wait for each other starve on a machine that does other work as well.
@@ -39,7 +44,8 @@ def parse() -> argparse.Namespace:
     length.add_argument("--minutes", type=_positive(float), default=Settings.minutes, help="default %(default)s")
     length.add_argument("--steps", type=_positive(int), default=Settings.steps, help="instead of minutes")
     add("--resume", action="store_true", help="go on from the checkpoint")
-    add("--batch", type=_positive(int), default=Settings.batch, help="crops of a step (default %(default)s)")
+    add("--batch", type=_positive(int), default=Settings.batch, help="crops of a step of a process (default %(default)s)")
+    add("--processes", type=_positive(int), default=Settings.processes, help="that learn together (default %(default)s)")
     add("--rate", type=_positive(float), default=Settings.rate, help="of learning, at first (default %(default)s)")
     add("--seed", type=int, default=Settings.seed)
     add("--held-out", type=_positive(int), default=Settings.held_out, help="crops to judge by (default %(default)s)")
@@ -47,7 +53,7 @@ def parse() -> argparse.Namespace:
     add("--perceptual", default=Settings.perceptual, choices=("differences", "vgg"), help="term of eq. 8")
     add("--vpls", type=_positive(int), default=Settings.vpls, help="of a light in a step (default %(default)s)")
     add("--texels", type=_positive(int), default=Settings.texels, help="of a light in a step (default %(default)s)")
-    add("--threads", type=int, default=Settings.threads, help="default: all cores")
+    add("--threads", type=int, default=Settings.threads, help="of a process; default: all cores")
     return parser.parse_args()
 
 
@@ -62,6 +68,31 @@ def _positive(kind: type) -> type:
     return number
 
 
+@contextmanager
+def _others(count: int) -> Iterator[None]:
+    """Starts the other processes of a training on this machine, unless torchrun or a person did."""
+    if count == 1 or "RANK" in os.environ:
+        yield
+        return
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        group = {"MASTER_ADDR": "127.0.0.1", "MASTER_PORT": str(free.getsockname()[1])}
+    group |= {"WORLD_SIZE": str(count), "LOCAL_WORLD_SIZE": str(count)}
+    os.environ.update(group | {"RANK": "0", "LOCAL_RANK": "0"})
+    others = [
+        subprocess.Popen([sys.executable, *sys.argv], env=os.environ | {"RANK": str(i), "LOCAL_RANK": str(i)})
+        for i in range(1, count)
+    ]
+    try:
+        yield
+        for other in others:
+            other.wait()
+    finally:  # those that still run wait for this one in vain
+        for other in others:
+            other.kill()
+            other.wait()
+
+
 def main() -> int:
     """The command."""
     arguments = vars(parse())
@@ -74,12 +105,14 @@ def main() -> int:
         return 2
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
-        trainer = Trainer(settings, Dataset(folders, required_inputs(checked)), output, ROOT)
-        if resume:
-            trainer.resume()
-        trainer.run()
+        with _others(settings.processes):
+            trainer = Trainer(settings, Dataset(folders, required_inputs(checked)), output, ROOT)
+            if resume:
+                trainer.resume()
+            trainer.run()
     except (Stopped, weights.FileError, OSError) as error:
-        print(f"train: {error}", file=sys.stderr)
+        if os.environ.get("RANK", "0") == "0":
+            print(f"train: {error}", file=sys.stderr)
         return 1
     return 0
 

@@ -52,6 +52,7 @@ class Settings:
     steps: int = 0  # 0: as many as fit into `minutes`
     minutes: float = 40.0
     batch: int = 4  # crops, of each process
+    processes: int = 1
     rate: float = 2e-3
     seed: int = 0
     held_out: int = 64  # crops
@@ -66,7 +67,7 @@ class Settings:
         words = ["tools/train/train.py", *(folder.name for folder in folders), "--preset", self.preset]
         words += ["--without", *sorted(self.without)] if self.without else []
         words += ["--steps", str(steps)]
-        for name in ("batch", "rate", "seed", "held_out", "precision", "perceptual", "vpls", "texels"):
+        for name in ("batch", "processes", "rate", "seed", "held_out", "precision", "perceptual", "vpls", "texels", "threads"):
             value = getattr(self, name)
             if value != getattr(Settings, name):
                 words += [f"--{name.replace('_', '-')}", str(value)]
