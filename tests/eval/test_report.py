@@ -143,6 +143,7 @@ class Summary(unittest.TestCase):
             "settings": {"networks": {"ours": "0"}, "scene": "chess"},
             "frames": {"methods": methods},
             "time": {"sample": 10, "frame:ours": 29},
+            "oidn": {"network": "ours", "ms": 29, "steps": {"high": [{"ms": 20}, {"ms": 58}], "fast": [{"ms": 14.5}]}},
             "unseen": {"wall": {"methods": {"ours": self.method(0.2, 0.1)}}},
         }
         found = {row[0]: row[1:] for row in tables.summary(result)[0].rows}
@@ -155,6 +156,8 @@ class Summary(unittest.TestCase):
                 "RSE over that of paths 1 spp + OIDN": ["1.250", "1", "missed"],
                 "HDR-FLIP over that of paths 2 spp": ["2.000", "1", "missed"],
                 "HDR-FLIP over that of paths 1 spp + OIDN": ["0.500", "1", "reached"],
+                "time over that of paths + OIDN high at the same RSE": ["0.50", "1", "reached"],
+                "time over that of paths + OIDN fast at the same RSE": ["2.00", "1", "missed"],
                 "RSE on wall over that on chess": ["4.00", "2", "missed"],
             },
         )
@@ -167,8 +170,25 @@ class Summary(unittest.TestCase):
             "b": self.method(0.5, 0),
             "b-without-x": self.method(0.5, 0),
         }
-        result = {"settings": {"frames": 1, "size": 1}, "frames": {"methods": methods}}
-        self.assertEqual([row[2] for row in tables.of_ablations(result)[0].rows], ["1.00", "2.00", "1.00", "1.00"])
+        training = {"length": "10 minutes", "jobs": 2, "threads": 1, "steps": dict.fromkeys(methods, 7)}
+        result = {"settings": {"frames": 1, "size": 1}, "frames": {"methods": methods}, "training": training}
+        table = tables.of_ablations(result)[0]
+        self.assertEqual([row[3] for row in table.rows], ["1.00", "2.00", "1.00", "1.00"])
+        self.assertEqual([row[1] for row in table.rows], ["7"] * 4)
+        self.assertIn("10 minutes, 2 at a time, 1 thread", table.note)
+
+
+class Bench(unittest.TestCase):
+    def test_growth(self):
+        """Lights and pieces have a table of their own, and none where only a frame was measured."""
+        step = {"encode_ms": 2.0, "gather_ms": 1.0, "network_ms": 1.5}
+        budget = {"frame_ms": 4.0, "sample_ms": 2.0, "budget_ms": {"gather": 1.0}}
+        growth = {"lights": [step | {"count": 16}], "pieces": [step | {"count": 33}]}
+        more = {"encode_slope_ms": 1, "gather_slope_ms": 0.5, "memory_mib": 600, "first_frame_s": 2}
+        titles = [table.title for table in tables.of_bench("b", {"neural": budget})]
+        self.assertEqual(titles, ["Budget of a frame: b"])
+        grown = tables.of_bench("b", {"neural": budget | growth | more})[1]
+        self.assertEqual(grown.rows, [["16 lights", "2.0", "1.0", "1.5"], ["33 pieces", "2.0", "1.0", "1.5"]])
 
 
 class Packing(unittest.TestCase):

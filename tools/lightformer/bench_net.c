@@ -273,6 +273,12 @@ static ng_result measure(struct session *s, struct results *r)
     return NG_OK;
 }
 
+static void close_results(struct results *r)
+{
+    for (int i = 0; i < SPANS; i++)
+        ng_array_finish(&r->ms[i]);
+}
+
 ng_result bench_net(const struct bench_net_params *params)
 {
     struct session s = {.params = params};
@@ -280,8 +286,21 @@ ng_result bench_net(const struct bench_net_params *params)
     ng_result result = measure(&s, &r);
     if (result == NG_OK)
         (params->json ? print_json : print_table)(&s, &r);
-    for (int i = 0; i < SPANS; i++)
-        ng_array_finish(&r.ms[i]);
+    close_results(&r);
+    close_session(&s);
+    return result;
+}
+
+ng_result bench_net_measure_shares(const struct bench_net_params *params, struct bench_net_shares *out)
+{
+    struct session s = {.params = params};
+    struct results r = {0};
+    *out = (struct bench_net_shares){0};
+    ng_result result = measure(&s, &r);
+    for (int i = LF_KERNEL_PLAIN; i <= LF_KERNEL_AMX && result == NG_OK; i++)
+        if (r.peaks[i] > 0)
+            out->of[i] = product_speed(&r, ng_jobs_threads(s.jobs)) / r.peaks[i];
+    close_results(&r);
     close_session(&s);
     return result;
 }

@@ -6,6 +6,7 @@
 #include "options.h"
 
 #include "base/result.h"
+#include "lightformer/net/net.h"
 
 struct bench_net_params {
     const char *network;
@@ -18,5 +19,12 @@ struct bench_net_params {
 const char *bench_net_kernel(uint32_t index);
 
 NG_NODISCARD ng_result bench_net(const struct bench_net_params *params);
+
+// The speed of all products and convolutions over each kernel's peak, measured beside it; 0: not on this CPU.
+struct bench_net_shares {
+    double of[LF_KERNEL_AMX + 1];
+};
+NG_NODISCARD ng_result bench_net_measure_shares(const struct bench_net_params *params,
+                                                struct bench_net_shares *out);
 
 #endif

@@ -26,6 +26,7 @@
 #define WARM_UP       3
 #define MAX_FRAMES    256u
 #define MEMORY_LIGHTS 7u
+#define NET_LIGHTS    2u
 #define MEMORY_GOAL   700e6 // bytes
 #define FIRST_GOAL    3.0   // seconds
 #define TRACER_DEPTH  5u
@@ -47,16 +48,24 @@ static void close_subject(struct subject *s)
     ng_array_finish(&s->runs);
 }
 
+// The weights that were named, or else the scene's own, whose path goes to `found`.
+static ng_result find_weights(const struct bench_neural_params *params, char *found, size_t size,
+                              const char **out)
+{
+    *out = params->weights;
+    if (!*out && lf_neural_find_weights(params->scene, found, size))
+        *out = found;
+    if (*out)
+        return NG_OK;
+    ng_log_error("%s: there are no weights beside it; name some with --weights", params->scene);
+    return NG_ERROR_NOT_FOUND;
+}
+
 static ng_result join(struct subject *s)
 {
     char found[4096];
-    struct lf_neural_params params = {.weights = s->params->weights, .jobs = s->stage->jobs, .always = true};
-    if (!params.weights && lf_neural_find_weights(s->params->scene, found, sizeof found))
-        params.weights = found;
-    if (!params.weights) {
-        ng_log_error("%s: there are no weights beside it; name some with --weights", s->params->scene);
-        return NG_ERROR_NOT_FOUND;
-    }
+    struct lf_neural_params params = {.jobs = s->stage->jobs, .always = true};
+    NG_TRY(find_weights(s->params, found, sizeof found, &params.weights));
     NG_TRY(lf_neural_create(&params, &s->neural));
     return lf_neural_join(s->neural, ng_renderer_composer(s->stage->renderer));
 }
@@ -478,6 +487,8 @@ ng_result bench_neural_measure_processes(const struct bench_neural_params *param
 {
     struct alone first, many;
     *out = (struct bench_neural){0};
+    if (params->budget)
+        return NG_OK;
     if (!run_alone(draw_first_frame, params, &first) || !run_alone(draw_many_lights, params, &many)) {
         ng_log_error("%s: a process that was to draw it alone failed", params->scene);
         return NG_ERROR_UNSUPPORTED;
@@ -488,9 +499,25 @@ ng_result bench_neural_measure_processes(const struct bench_neural_params *param
     return NG_OK;
 }
 
+// The network by itself, at the picture's size.
+static ng_result measure_products(const struct bench_neural_params *params, struct bench_neural *out)
+{
+    char found[4096];
+    struct bench_net_params net = {.size = {params->width, params->height},
+                                   .lights = NET_LIGHTS,
+                                   .frames = rounds_of(params),
+                                   .threads = params->threads};
+    NG_TRY(find_weights(params, found, sizeof found, &net.network));
+    return bench_net_measure_shares(&net, &out->products);
+}
+
 ng_result bench_neural_measure(const struct bench_neural_params *params, struct bench_neural *out)
 {
+    out->budget_only = params->budget;
     NG_TRY(measure_budget(params, out));
+    if (params->budget)
+        return NG_OK;
+    NG_TRY(measure_products(params, out));
     NG_TRY(measure_lights(params, out));
     NG_TRY(measure_pieces(params, out));
     fit_lights(out);
@@ -509,6 +536,8 @@ void bench_neural_print(const struct bench_neural *b)
     for (uint32_t i = 0; i < b->stage_count; i++)
         printf("%-40s %10.2f %9.1f%%\n", b->budget[i].name, b->budget[i].ms,
                100 * b->budget[i].ms / b->frame_ms);
+    if (b->budget_only)
+        return;
     printf("\n%-40s %10s %10s %10s\n", "", "encode ms", "gather ms", "network ms");
     for (uint32_t i = 0; i < BENCH_STEPS; i++)
         printf("%4u lights %29s %10.2f %10.2f %10.2f\n", b->lights[i].count, "", b->lights[i].encode_ms,
@@ -535,6 +564,17 @@ static void write_steps(struct json *j, const char *key, const struct bench_neur
     json_end(j);
 }
 
+static void write_growth(const struct bench_neural *b, struct json *j)
+{
+    write_steps(j, "lights", b->lights, BENCH_STEPS);
+    write_steps(j, "pieces", b->pieces, NG_COUNT(b->pieces));
+    json_number(j, "encode_slope_ms", b->encode_slope_ms);
+    json_number(j, "gather_slope_ms", b->gather_slope_ms);
+    json_number(j, "memory_mib", b->memory_mib);
+    json_number(j, "first_frame_s", b->first_frame_s);
+    json_number(j, "first_frame_cpu_s", b->first_frame_cpu_s);
+}
+
 void bench_neural_write(const struct bench_neural *b, struct json *j)
 {
     json_object(j, "neural");
@@ -544,14 +584,23 @@ void bench_neural_write(const struct bench_neural *b, struct json *j)
     for (uint32_t i = 0; i < b->stage_count; i++)
         json_number(j, b->budget[i].name, b->budget[i].ms);
     json_end(j);
-    write_steps(j, "lights", b->lights, BENCH_STEPS);
-    write_steps(j, "pieces", b->pieces, NG_COUNT(b->pieces));
-    json_number(j, "encode_slope_ms", b->encode_slope_ms);
-    json_number(j, "gather_slope_ms", b->gather_slope_ms);
-    json_number(j, "memory_mib", b->memory_mib);
-    json_number(j, "first_frame_s", b->first_frame_s);
-    json_number(j, "first_frame_cpu_s", b->first_frame_cpu_s);
+    if (!b->budget_only)
+        write_growth(b, j);
     json_end(j);
+}
+
+// The i-th kernel that this CPU has.
+static bool product_ratio(const struct bench_net_shares *shares, uint32_t index, char *name, size_t size,
+                          double *value)
+{
+    for (int i = LF_KERNEL_PLAIN; i <= LF_KERNEL_AMX; i++) {
+        if (shares->of[i] <= 0 || index-- > 0)
+            continue;
+        snprintf(name, size, "neural:products to the peak of %s", lf_net_kernel_name((enum lf_net_kernel)i));
+        *value = shares->of[i];
+        return true;
+    }
+    return false;
 }
 
 bool bench_neural_ratio(const struct bench_neural *b, uint32_t index, char *name, size_t size, double *value)
@@ -570,15 +619,17 @@ bool bench_neural_ratio(const struct bench_neural *b, uint32_t index, char *name
         {"memory of 7 lights to 700 MB", b->memory_mib * (1 << 20) / MEMORY_GOAL},
         {"first picture to 3 s", b->first_frame_s / FIRST_GOAL},
     };
-    if (index < NG_COUNT(ratios)) {
+    const uint32_t count = b->budget_only ? 1 : NG_COUNT(ratios);
+    if (index < count) {
         snprintf(name, size, "neural:%s", ratios[index].name);
         *value = ratios[index].value;
         return true;
     }
-    index -= (uint32_t)NG_COUNT(ratios);
-    if (index >= b->stage_count)
-        return false;
-    snprintf(name, size, "neural:share of %s", b->budget[index].name);
-    *value = b->budget[index].ms / b->frame_ms;
-    return true;
+    index -= count;
+    if (index < b->stage_count) {
+        snprintf(name, size, "neural:share of %s", b->budget[index].name);
+        *value = b->budget[index].ms / b->frame_ms;
+        return true;
+    }
+    return product_ratio(&b->products, index - b->stage_count, name, size, value);
 }

@@ -5,20 +5,24 @@
 #define LIGHTFORMER_BENCH_NEURAL_H
 
 #include "base/result.h"
+#include "bench_net.h"
 #include "json.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 struct bench_neural_params {
     const char *scene, *device, *weights; // weights: a path, or null: the scene's own
     uint32_t threads, width, height;
     uint32_t frames; // of each measurement
+    bool budget;     // only what a frame takes: no growth, memory, first picture, network by itself
 };
 
 #define BENCH_STAGES 11
 #define BENCH_STEPS  5
 
 struct bench_neural {
+    bool budget_only; // all that follows frame_ratio is 0
     // Of a frame with the scene's own lights, milliseconds, in order of work; the last is what remains.
     struct {
         const char *name;
@@ -34,6 +38,7 @@ struct bench_neural {
     } lights[BENCH_STEPS], pieces[2];
     double encode_slope_ms, gather_slope_ms; // a light
     double encode_curve, gather_curve;       // largest distance from the line, as a share of the value
+    struct bench_net_shares products;        // of the network, with two lights
     double memory_mib;                       // peak of a process that draws 7 lights; 0: not measured
     // From the start of a process to its first picture, and the processor time that it took; 0: not measured.
     double first_frame_s, first_frame_cpu_s;

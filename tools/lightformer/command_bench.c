@@ -28,7 +28,7 @@ struct bench {
     const char *scene, *device, *weights;
     uint32_t frames, threads, method;
     struct cli_size size;
-    bool reference, net, json;
+    bool budget, reference, net, json;
     uint32_t samples, lights, kernel;
 };
 
@@ -45,6 +45,10 @@ static const struct cli_option options[] = {
     CLI_PIXELS(struct bench, "512x512"),
     CLI_METHOD(struct bench, method_bench_option),
     CLI_WEIGHTS(struct bench),
+    {.name = "--budget",
+     .kind = CLI_FLAG,
+     .offset = offsetof(struct bench, budget),
+     .doc = "only what a frame takes: neither ratios of passes, nor growth, memory and first picture"},
     {.name = "--reference",
      .kind = CLI_FLAG,
      .offset = offsetof(struct bench, reference),
@@ -429,7 +433,8 @@ static struct bench_neural_params neural_params(const struct bench *b)
                                         .threads = b->threads,
                                         .width = b->size.width,
                                         .height = b->size.height,
-                                        .frames = b->frames};
+                                        .frames = b->frames,
+                                        .budget = b->budget};
 }
 
 static void add_neural_ratios(struct report *r)
@@ -450,7 +455,7 @@ static ng_result measure_frames(const struct bench *b)
         result = bench_neural_measure_processes(&neural, &report.neural);
     if (result == NG_OK)
         result = measure_plain(b, &report);
-    if (result == NG_OK)
+    if (result == NG_OK && !b->budget)
         result = measure_ratios(b, &report);
     if (result == NG_OK && report.has_neural)
         result = bench_neural_measure(&neural, &report.neural);

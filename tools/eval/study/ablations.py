@@ -18,7 +18,7 @@ from pathlib import Path
 
 from evaluation import BadInput
 
-from . import quality
+from . import quality, tables
 from .renderer import ROOT, digest
 
 sys.path.insert(0, str(ROOT / "tools/train"))
@@ -120,7 +120,7 @@ def agree(options: argparse.Namespace) -> dict:
 
 
 def lock(folder: Path) -> int:
-    """A descriptor that keeps other studies out of the folder, as long as this process or one that inherits it lives."""
+    """A descriptor that keeps other studies out of the folder while this process, or one that inherits it, lives."""
     descriptor = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -195,7 +195,9 @@ def study(options: argparse.Namespace, judging: argparse.Namespace, chosen: list
     train(chosen, options, common["threads"])
     steps = {ablation.name: steps_of(file_of(ablation, options)) for ablation in chosen}
     command = "tools/eval/ablations " + shlex.join(sys.argv[1:])
-    quality.Study(judging, command, {"training": common | {"steps": steps}}).run()
+    judged = quality.Study(judging, command, {"training": common | {"steps": steps}})
+    judged.run()
+    print(f"\n{tables.text(tables.of_ablations(judged.result))}")
 
 
 def main() -> int:

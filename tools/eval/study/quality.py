@@ -5,6 +5,7 @@ import json
 import os
 import platform
 import shlex
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -259,6 +260,7 @@ def machine() -> dict[str, object]:
 
 def main() -> int:
     """The command."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what it has begun ends with it
     try:
         arguments = sys.argv[1:]
         Study(parse(arguments), "tools/eval/quality " + shlex.join(arguments)).run()

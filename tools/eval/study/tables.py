@@ -242,6 +242,7 @@ def summary(result: dict) -> list[Table]:
         rows += [
             _goal(f"{figure} over that of {name}", figures[key], 1, "{:.3f}") for name, figures in _rivals(result, ours)
         ]
+    rows += _reversed(result, ours)
     if "temporal" in result:
         rows.append(
             _goal(
@@ -273,6 +274,18 @@ def _at_a_glance(ours: str, methods: dict) -> list[list[str]]:
     return [
         _goal("RSE", figures["rse"]["mean"], 0.05, "{:.4f}"),
         _goal("HDR-FLIP", figures["hdr_flip"]["mean"], 0.12, "{:.4f}"),
+    ]
+
+
+def _reversed(result: dict, ours: str) -> list[list[str]]:
+    """The other way round: the time of path tracing and denoising at our error. Where no number of samples reached it,
+    that of the most that were tried, which flatters the rival."""
+    part = result.get("oidn")
+    if not part or part["network"] != ours:
+        return []
+    return [
+        _goal(f"time over that of paths + OIDN {quality} at the same RSE", part["ms"] / steps[-1]["ms"], 1, "{:.2f}")
+        for quality, steps in part["steps"].items()
     ]
 
 
@@ -315,7 +328,8 @@ def of_ablations(result: dict) -> list[Table]:
     return [
         Table(
             "Ablations",
-            f"Each trained for {training['length']}, {training['jobs']} at a time, {training['threads']} threads each; "
+            f"Each trained for {training['length']}, {training['jobs']} at a time, "
+            f"{training['threads']} thread{'s' if training['threads'] > 1 else ''} each; "
             f"{settings['frames']} test frames of {settings['size']} x {settings['size']}. Times: RSE over that of the "
             "whole network.",
             ["network", "steps", "RSE", "times", "HDR-FLIP", "mean ratio"],
@@ -353,8 +367,25 @@ def of_bench(name: str, bench: dict) -> list[Table]:
                 rows,
             )
         )
+        found += _growth(name, bench["neural"])
     plain = {key: value for key, value in bench.items() if isinstance(value, (int, float)) and "passes" not in bench}
     rows = [[key, f"{value:.4g}"] for key, value in (plain | bench.get("ratios", {})).items()]
     if rows:
         found.append(Table(f"Ratios: {name}", "Each measured within one run.", ["", ""], rows))
     return found
+
+
+def _growth(name: str, neural: dict) -> list[Table]:
+    """What lights and pieces cost; nothing if only a frame was measured."""
+    if "lights" not in neural:
+        return []
+    rows = [
+        [f"{step['count']} {what}", *(f"{step[key]:.1f}" for key in ("encode_ms", "gather_ms", "network_ms"))]
+        for what in ("lights", "pieces")
+        for step in neural[what]
+    ]
+    note = (
+        f"A light more: {neural['encode_slope_ms']:.1f} ms to encode, {neural['gather_slope_ms']:.1f} ms to gather. "
+        f"Peak memory with 7 lights {neural['memory_mib']:.0f} MiB; first picture after {neural['first_frame_s']:.1f} s."
+    )
+    return [Table(f"Lights and pieces: {name}", note, ["", "encode ms", "gather ms", "network ms"], rows)]

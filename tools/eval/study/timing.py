@@ -37,7 +37,9 @@ def measure(renderer: Renderer, scene: Path, size: int, methods: list[Method]) -
 
 def _bench(renderer: Renderer, scene: Path, size: int, method: Method) -> dict:
     weights = ("--weights", str(method.weights)) if method.weights else ()
-    return renderer.measure(str(scene), "--frames", str(BENCH_FRAMES), *_pixels(size), *method.options, *weights)
+    return renderer.measure(
+        str(scene), "--budget", "--frames", str(BENCH_FRAMES), *_pixels(size), *method.options, *weights
+    )
 
 
 def _pixels(size: int) -> tuple[str, str]:
