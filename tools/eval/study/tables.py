@@ -386,6 +386,7 @@ def _growth(name: str, neural: dict) -> list[Table]:
     ]
     note = (
         f"A light more: {neural['encode_slope_ms']:.1f} ms to encode, {neural['gather_slope_ms']:.1f} ms to gather. "
-        f"Peak memory with 7 lights {neural['memory_mib']:.0f} MiB; first picture after {neural['first_frame_s']:.1f} s."
+        f"Peak memory with 7 lights {neural['memory_mib']:.0f} MiB; first picture after "
+        f"{neural['first_frame_s']:.1f} s."
     )
     return [Table(f"Lights and pieces: {name}", note, ["", "encode ms", "gather ms", "network ms"], rows)]
