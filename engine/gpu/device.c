@@ -3,6 +3,7 @@
 // description.
 #include "gpu/device.h"
 
+#include "base/system.h"
 #include "gpu/gpu_internal.h"
 
 #include <ctype.h>
@@ -11,6 +12,7 @@
 #include <string.h>
 
 #define VALIDATION_LAYER "VK_LAYER_KHRONOS_validation"
+#define LEAST_MIB        512
 #define NO_DRIVER                                                                                            \
     "no Vulkan driver found; install one (Debian: mesa-vulkan-drivers, which runs on the CPU too)"
 
@@ -548,6 +550,23 @@ static void choose_features(struct ng_gpu *gpu, struct features *want)
     gpu->internal->depth_clamp = want->core.features.depthClamp;
 }
 
+// A device that draws on the CPU takes the system's memory. Its driver (lavapipe) crashes where that ends
+// while it starts or compiles shaders, so with too little of it there is no beginning.
+static ng_result limit_memory(struct ng_gpu *gpu)
+{
+    const uint64_t least = (uint64_t)LEAST_MIB << 20;
+    struct ng_gpu_internal *in = gpu->internal;
+    in->memory_limit = UINT64_MAX;
+    if (gpu->properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU)
+        return NG_OK;
+    in->memory_limit = ng_system_available_memory();
+    if (in->memory_limit >= least)
+        return NG_OK;
+    ng_log_error("gpu: %s needs %d MiB of memory, of which %d MiB are left; end other programs",
+                 gpu->properties.deviceName, LEAST_MIB, (int)(in->memory_limit >> 20));
+    return NG_ERROR_MEMORY;
+}
+
 static ng_result device_create(struct ng_gpu *gpu, const struct ng_gpu_params *params)
 {
     const char *extensions[2];
@@ -560,6 +579,7 @@ static ng_result device_create(struct ng_gpu *gpu, const struct ng_gpu_params *p
     if (gpu->internal->swapchains)
         extensions[extension_count++] = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
     read_properties(gpu);
+    NG_TRY(limit_memory(gpu));
     struct features want;
     choose_features(gpu, &want);
     VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,

@@ -99,6 +99,7 @@ struct ng_gpu_internal {
     VkPhysicalDeviceMemoryProperties memory;
     NG_ARRAY(struct ng_gpu_memory_block *) blocks;
     uint64_t memory_reserved, memory_used, memory_peak;
+    uint64_t memory_limit; // of memory_reserved: what the system had left, where that is the device's memory
 
     NG_ARRAY(struct ng_gpu_sampler_entry) samplers;
     NG_ARRAY(struct ng_gpu_set_layout) set_layouts;

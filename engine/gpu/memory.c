@@ -7,7 +7,8 @@
 
 #include <stdlib.h>
 
-#define BLOCK_SIZE ((uint64_t)64 << 20)
+#define MIB        (1 << 20)
+#define BLOCK_SIZE ((uint64_t)64 * MIB)
 
 struct ng_gpu_memory_block {
     VkDeviceMemory memory;
@@ -55,6 +56,13 @@ static void block_destroy(struct ng_gpu *gpu, struct ng_gpu_memory_block *block)
 static ng_result block_allocate(struct ng_gpu *gpu, struct ng_gpu_memory_block *block, const char *name)
 {
     struct ng_gpu_internal *in = gpu->internal;
+    uint64_t left = in->memory_limit > in->memory_reserved ? in->memory_limit - in->memory_reserved : 0;
+    // Linux promises more than it has, and ends the program when the promise is called in.
+    if (block->size > left) {
+        ng_log_error("gpu: '%s' needs %.1f MiB of memory, of which %.1f MiB are left; draw less, or smaller",
+                     name, (double)block->size / MIB, (double)left / MIB);
+        return NG_ERROR_MEMORY;
+    }
     VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
                                        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
     VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,

@@ -21,9 +21,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Floats a pixel that do not depend on the network: the G-buffer, its copies and its planes, the clues of one
-// light, the images of radiance.
-#define FLOATS_A_PIXEL 128
+// Floats a pixel that do not depend on the network. Of the device: G-buffer, images of radiance, what is
+// composed of them, and their copies, 74. Of the screen: planes, the grid and the mirror, 52. Clues of one
+// light 21, radiance as the network writes it 9; some to spare.
+#define FLOATS_A_PIXEL           160
+// Of each light besides what the gather reads: what mirrors show of it, the grid.
+#define FLOATS_A_PIXEL_AND_LIGHT 2
 
 const struct ng_item_type lf_screen_item = {"screen", sizeof(struct lf_screen)};
 const struct ng_item_type lf_embedding_item = {"embedding", sizeof(struct lf_embedding)};
@@ -593,7 +596,7 @@ static uint64_t bytes_needed(const struct lf_encoder *self, const struct ng_fram
     for (int i = 0; i < LF_INPUT_COUNT; i++)
         if (lf_net_inputs[i].domain == LF_DOMAIN_VIEW && self->gather >> i & 1)
             kept += lf_net_inputs[i].channels;
-    return pixels * (FLOATS_A_PIXEL + lights * kept) * sizeof(float) +
+    return pixels * (FLOATS_A_PIXEL + lights * (FLOATS_A_PIXEL_AND_LIGHT + kept)) * sizeof(float) +
            lf_net_executor_bytes(self->params.executor, frame->width, frame->height, lights);
 }
 
@@ -606,7 +609,9 @@ static ng_result check_memory(struct lf_encoder *self, const struct ng_frame_inf
         self->refused = 0;
         return NG_OK;
     }
-    uint64_t limit = self->params.memory_limit ? self->params.memory_limit : ng_system_available_memory();
+    uint64_t limit = self->params.memory_limit;
+    if (!limit)
+        limit = ng_system_available_memory() + self->most; // what there is becomes larger, it is not doubled
     if (needed <= limit) {
         self->most = needed;
         self->refused = 0;
@@ -680,6 +685,7 @@ static ng_result publish(struct ng_composer *composer, const struct declaration 
                                      .width = d->data.frame->width,
                                      .height = d->data.frame->height,
                                      .version = d->data.powers_key,
+                                     .made = &self->powers_key,
                                      .ready = d->powers};
     NG_TRY(ng_composer_publish(composer, &lf_screen_item, &screen));
     for (size_t i = 0; i < self->shining.count; i++) {
@@ -688,6 +694,7 @@ static ng_result publish(struct ng_composer *composer, const struct declaration 
                                                .encoding = light->slot->encoding,
                                                .clues = light->slot->clues,
                                                .version = light->view_key,
+                                               .made = &light->slot->view_key,
                                                .ready = light->token};
         NG_TRY(ng_composer_publish(composer, &lf_embedding_item, &embedding));
     }

@@ -62,11 +62,12 @@ struct ng_provider lf_encoder_provider(struct lf_encoder *encoder);
 void lf_encoder_redo_always(struct lf_encoder *encoder, bool always);
 
 // What the camera sees, one a frame. The ref orders passes: whoever uses the clues reads it as
-// NG_USE_HOST_READ.
+// NG_USE_HOST_READ, and then finds out whether they were made: a pass that failed leaves another version.
 struct lf_screen {
     const struct lf_pixel_clues *clues;
     uint32_t width, height;
-    uint64_t version; // the same version: the same clues, and the same powers of all lights
+    uint64_t version;     // the same version: the same clues, and the same powers of all lights
+    const uint64_t *made; // what is there, once ready
     struct ng_graph_ref ready;
 };
 extern const struct ng_item_type lf_screen_item;
@@ -77,6 +78,7 @@ struct lf_embedding {
     const struct lf_net_encoding *encoding;
     const struct lf_light_clues *clues;
     uint64_t version;          // the same version: the same encoding and clues
+    const uint64_t *made;      // as above
     struct ng_graph_ref ready; // as above; zero: nothing of it is redone in this frame
 };
 extern const struct ng_item_type lf_embedding_item;

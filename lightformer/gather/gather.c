@@ -20,8 +20,9 @@ static const char *const part_names[PART_COUNT] = {"unshadowed", "direct", "indi
 struct lf_gather {
     struct lf_gather_params params;
     NG_ARRAY(struct lf_net_gathered) lights;
-    NG_ARRAY(float) planes[PART_COUNT]; // [3][height][width]
-    uint64_t gathered;                  // hash of what the images are of; 0: of nothing
+    NG_ARRAY(struct lf_embedding) embeddings; // what the lights are of
+    NG_ARRAY(float) planes[PART_COUNT];       // [3][height][width]
+    uint64_t gathered;                        // hash of what the images are of; 0: of nothing
     uint64_t runs;
 };
 
@@ -44,6 +45,7 @@ void lf_gather_destroy(struct lf_gather **gather)
     if (!self)
         return;
     ng_array_finish(&self->lights);
+    ng_array_finish(&self->embeddings);
     for (int i = 0; i < PART_COUNT; i++)
         ng_array_finish(&self->planes[i]);
     free(self);
@@ -67,6 +69,15 @@ struct pass_data {
     struct ng_graph_ref images[PART_COUNT];
     uint64_t key;
 };
+
+// Whether the passes before this one made what they were to make; if not, they said so.
+static bool is_encoded(const struct lf_gather *self, const struct lf_screen *screen)
+{
+    bool made = *screen->made == screen->version;
+    for (size_t i = 0; i < self->embeddings.count; i++)
+        made &= *self->embeddings.items[i].made == self->embeddings.items[i].version;
+    return made;
+}
 
 static ng_result reserve_planes(struct lf_gather *self, const struct lf_screen *screen)
 {
@@ -102,6 +113,8 @@ static ng_result run(const struct ng_pass_context *ctx)
                                          .values = lf_pixel_clues_values(d->screen->clues)};
     self->runs++;
     self->gathered = 0;
+    if (!is_encoded(self, d->screen))
+        return NG_ERROR_NOT_FOUND;
     NG_TRY(reserve_planes(self, d->screen));
     const struct lf_net_radiance out = {self->planes[UNSHADOWED].items, self->planes[DIRECT].items,
                                         self->planes[INDIRECT].items};
@@ -141,10 +154,11 @@ static bool declare_images(struct lf_gather *self, struct ng_graph *g, struct pa
 static ng_result list_lights(struct lf_gather *self, struct ng_composer *composer, uint64_t *key)
 {
     size_t count = ng_composer_count(composer, &lf_embedding_item);
-    if (!ng_array_resize(&self->lights, count))
+    if (!ng_array_resize(&self->lights, count) || !ng_array_resize(&self->embeddings, count))
         return ng_out_of_memory("the gather of lights");
     for (size_t i = 0; i < count; i++) {
         const struct lf_embedding *e = ng_composer_get(composer, &lf_embedding_item, i);
+        self->embeddings.items[i] = *e;
         self->lights.items[i] =
             (struct lf_net_gathered){.encoding = e->encoding, .values = lf_light_clues_values(e->clues)};
         *key = ng_hash_combine(*key, e->version);

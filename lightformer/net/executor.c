@@ -15,16 +15,25 @@ static void finish_image(struct lf_stored_image *s)
     *s = (struct lf_stored_image){0};
 }
 
+static size_t stride_of(uint32_t width)
+{
+    return 2 * LF_BORDER + ((size_t)width + LF_STEP - 1) / LF_STEP * LF_STEP;
+}
+
+static size_t bytes_of(uint32_t width, uint32_t height, uint32_t rows)
+{
+    const uint32_t slack = 4 * LF_TILE; // a tile reads past the last row
+    return (((size_t)height + 2) * rows * stride_of(width) + slack) * sizeof(uint32_t);
+}
+
 // Of another size, all is zero again: the border must be.
 static bool fit_image(struct lf_stored_image *s, const struct lf_image *shape)
 {
-    const uint32_t slack = 4 * LF_TILE; // a tile reads past the last row
     struct lf_image image = *shape;
     if (s->memory && s->image.width == image.width && s->image.height == image.height)
         return true;
-    image.stride = 2 * LF_BORDER + ((size_t)image.width + LF_STEP - 1) / LF_STEP * LF_STEP;
-    size_t words = ((size_t)image.height + 2) * image.rows * image.stride + slack,
-           bytes = words * sizeof *image.words;
+    image.stride = stride_of(image.width);
+    size_t bytes = bytes_of(image.width, image.height, image.rows);
     if (!s->memory || bytes > s->capacity) {
         finish_image(s);
         s->memory = aligned_alloc(64, (bytes + 63) / 64 * 64);
@@ -466,15 +475,15 @@ uint64_t lf_net_executor_bytes(const struct lf_net_executor *executor, uint32_t 
                                uint32_t lights)
 {
     const struct lf_plan *plan = &executor->plan;
-    uint64_t words = 0;
+    uint64_t bytes = 0;
     for (size_t i = 0; i < plan->images.count; i++) {
         const struct lf_image_plan *p = &plan->images.items[i];
         const struct lf_value *v = &plan->net->values.items[p->value];
-        uint64_t pixels = (uint64_t)lf_level_size(width, v->level) * lf_level_size(height, v->level);
+        uint64_t one = bytes_of(lf_level_size(width, v->level), lf_level_size(height, v->level), p->rows);
         if (!lf_is_rows(v->domain) && p->owner != LF_IMAGE_LOCAL)
-            words += pixels * p->rows * (p->owner == LF_IMAGE_SHARED ? 1 : lights);
+            bytes += one * (p->owner == LF_IMAGE_SHARED ? 1 : lights);
     }
-    return words * sizeof *(struct lf_image){0}.words;
+    return bytes;
 }
 
 enum lf_net_kernel lf_net_executor_kernel(const struct lf_net_executor *executor)

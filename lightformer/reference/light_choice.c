@@ -3,7 +3,6 @@
 #include "base/log.h"
 #include "lightformer/trace/vec.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #define POINTS 64
@@ -55,14 +54,14 @@ static void describe(const struct ng_snapshot_light *light, float scene_radius, 
 
 ng_result lf_light_choice_update(struct lf_light_choice *c, const struct ng_snapshot *snapshot)
 {
-    lf_light_choice_finish(c);
-    c->entries = calloc(snapshot->light_count ? snapshot->light_count : 1, sizeof *c->entries);
-    if (!c->entries)
+    c->count = c->lit = 0;
+    if (!ng_array_resize(&c->memory, (size_t)snapshot->light_count + 1)) // never null
         return ng_out_of_memory("lights");
+    c->entries = c->memory.items;
     c->snapshot = snapshot;
     c->count = snapshot->light_count;
     for (uint32_t i = 0; i < c->count; i++) {
-        describe(&snapshot->lights[i], snapshot->scene_radius, &c->entries[i]);
+        describe(&snapshot->lights[i], snapshot->scene_radius, &c->memory.items[i]);
         c->lit += c->entries[i].strength > 0;
     }
     return NG_OK;
@@ -70,6 +69,6 @@ ng_result lf_light_choice_update(struct lf_light_choice *c, const struct ng_snap
 
 void lf_light_choice_finish(struct lf_light_choice *c)
 {
-    free(c->entries);
+    ng_array_finish(&c->memory);
     *c = (struct lf_light_choice){0};
 }

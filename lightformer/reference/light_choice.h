@@ -3,6 +3,7 @@
 #ifndef LF_REFERENCE_LIGHT_CHOICE_H
 #define LF_REFERENCE_LIGHT_CHOICE_H
 
+#include "base/array.h"
 #include "render/snapshot.h"
 
 // Lights whose samples are points of a uniform unit shape under a matrix, and all others.
@@ -22,9 +23,10 @@ struct lf_light_entry {
 };
 
 struct lf_light_choice {
-    const struct ng_snapshot *snapshot; // borrowed
-    struct lf_light_entry *entries;     // of all lights of the snapshot
+    const struct ng_snapshot *snapshot;   // borrowed
+    const struct lf_light_entry *entries; // of all lights of the snapshot
     uint32_t count, lit;
+    NG_ARRAY(struct lf_light_entry) memory; // of entries, grown as needed
 };
 
 // Reusable: a second call follows another snapshot. Errors, logged: NG_ERROR_MEMORY.

@@ -48,6 +48,7 @@ struct lf_tracer {
     const struct ng_snapshot *snapshot;
     struct lf_srgb srgb;
     struct lf_tracer_stats stats;
+    bool failed; // Embree, since the last update began
 };
 
 const struct ng_snapshot *lf_tracer_snapshot(const struct lf_tracer *tracer)
@@ -319,10 +320,18 @@ static void shape_occluded(const struct RTCOccludedFunctionNArguments *a)
 }
 
 // ---- building --------------------------------------------------------------------------------------------
+// Embree tells of every failure here, one after another where memory ends: the first is logged. Whoever
+// called finds a null or `failed`, and passes on silently.
 static void report_device(void *user, enum RTCError code, const char *text)
 {
-    NG_UNUSED(user);
-    ng_log_error("ray tracing: Embree reports error %d: %s", (int)code, text ? text : "no reason given");
+    struct lf_tracer *t = user;
+    if (t->failed)
+        return;
+    t->failed = true;
+    if (code == RTC_ERROR_OUT_OF_MEMORY)
+        (void)ng_out_of_memory("ray tracing");
+    else
+        ng_log_error("ray tracing: Embree reports error %d: %s", (int)code, text ? text : "no reason given");
 }
 
 static void free_scene(struct lf_tracer *t)
@@ -341,12 +350,6 @@ static void free_scene(struct lf_tracer *t)
     t->snapshot = NULL;
 }
 
-static ng_result give_up(struct lf_tracer *t)
-{
-    free_scene(t);
-    return ng_out_of_memory("ray tracing");
-}
-
 ng_result lf_tracer_create(struct lf_tracer **out)
 {
     struct lf_tracer *t = calloc(1, sizeof *t);
@@ -355,11 +358,11 @@ ng_result lf_tracer_create(struct lf_tracer **out)
         return ng_out_of_memory("ray tracing");
     t->device = rtcNewDevice("threads=1,user_threads=1");
     if (!t->device) {
-        ng_log_error("ray tracing: Embree cannot be started (error %d)", (int)rtcGetDeviceError(NULL));
+        report_device(t, rtcGetDeviceError(NULL), "it cannot be started");
         lf_tracer_destroy(out);
-        return NG_ERROR_DEVICE;
+        return NG_ERROR_MEMORY;
     }
-    rtcSetDeviceErrorFunction(t->device, report_device, NULL);
+    rtcSetDeviceErrorFunction(t->device, report_device, t);
     lf_srgb_make(&t->srgb);
     return NG_OK;
 }
@@ -473,18 +476,19 @@ static ng_result build(struct lf_tracer *t, const struct ng_snapshot *snapshot)
     free_scene(t);
     t->stats.triangles = 0;
     t->slots = calloc(snapshot->instance_count ? snapshot->instance_count : 1, sizeof *t->slots);
+    if (!t->slots)
+        return ng_out_of_memory("ray tracing");
+    t->slot_count = snapshot->instance_count;
     t->scene = rtcNewScene(t->device);
     t->emitters = rtcNewScene(t->device);
-    if (!t->slots || !t->scene || !t->emitters)
-        return give_up(t);
+    if (!t->scene || !t->emitters)
+        return NG_ERROR_MEMORY;
     // Of the scene, "low" chooses the structure of two levels; each geometry is built in its own quality.
     rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION | RTC_SCENE_FLAG_DYNAMIC);
     rtcSetSceneBuildQuality(t->scene, RTC_BUILD_QUALITY_LOW);
     rtcSetSceneFlags(t->emitters, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-    t->slot_count = snapshot->instance_count;
     for (uint32_t i = 0; i < t->slot_count; i++)
-        if (make_slot(t, snapshot, i) != NG_OK)
-            return give_up(t);
+        NG_TRY(make_slot(t, snapshot, i));
     t->stats.updated = t->stats.built = t->slot_count;
     return NG_OK;
 }
@@ -548,11 +552,8 @@ static void find_boxes(struct lf_tracer *t, const struct ng_snapshot *snapshot)
     }
 }
 
-ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+static ng_result update(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
-    NG_REQUIRE(snapshot, "a tracer follows a snapshot");
-    uint64_t begin = ng_clock_ns();
-    t->stats.updated = t->stats.built = 0;
     bool same = same_instances(t, snapshot);
     if (same)
         follow(t, snapshot);
@@ -564,11 +565,21 @@ ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapsh
         rtcCommitScene(t->scene);
         rtcCommitScene(t->emitters);
     }
-    if (rtcGetDeviceError(t->device) != RTC_ERROR_NONE)
-        return give_up(t);
+    return t->failed ? NG_ERROR_MEMORY : NG_OK;
+}
+
+ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+{
+    NG_REQUIRE(snapshot, "a tracer follows a snapshot");
+    uint64_t begin = ng_clock_ns();
+    t->stats.updated = t->stats.built = 0;
+    t->failed = false;
+    ng_result result = update(t, snapshot);
+    if (result != NG_OK)
+        free_scene(t);
     t->stats.instances = t->slot_count;
     t->stats.update_ms = (double)(ng_clock_ns() - begin) * 1e-6;
-    return NG_OK;
+    return result;
 }
 
 // ---- rays ------------------------------------------------------------------------------------------------
