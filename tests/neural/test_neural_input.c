@@ -111,7 +111,7 @@ static void what_does_not_fit_into_memory_is_refused(void **state)
     struct method m;
     struct test_log log;
     room_open(&r, POINT | PANEL);
-    method_open(&r, &(struct lf_neural_params){.memory_limit = 100000}, &m);
+    method_open(&r, &(struct lf_neural_params){.memory_limit = 500000}, &m);
     scene_frame(&r.scene, 0);
     test_log_begin(&log);
     assert_int_equal(room_draw_again(&r, &m), NG_ERROR_MEMORY);
