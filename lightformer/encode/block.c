@@ -2,6 +2,8 @@
 
 #include "lightformer/encode/clues_internal.h"
 
+#include <string.h>
+
 #define ROWS   4    // a job
 #define NARROW 0.1f // alpha
 
@@ -18,8 +20,35 @@ struct average {
     const struct lf_pixel_clues *pixels;
     const float *part, *weight;
     bool lobes;
+    unsigned char *opinions; // of a pixel and its neighbours in its row
     float *out;
 };
+
+// What pixels found, as sets of these.
+enum { LIT = 1, HIDDEN = 2 };
+
+// Most blocks are of one opinion: then nothing has to be weighed. Sets of bytes are found out quickly.
+static void ask_row(const struct average *a, uint32_t y)
+{
+    const uint32_t width = a->pixels->width, half = LF_BLOCK / 2;
+    const float *part = a->part + (size_t)y * width, *weight = a->weight + (size_t)y * width;
+    unsigned char *out = a->opinions + (size_t)y * width;
+    memset(out, 0, width);
+    for (uint32_t x = 0; x < width; x++) {
+        unsigned char found = (unsigned char)((part[x] > 0 ? LIT : 0) | (part[x] < 1 ? HIDDEN : 0));
+        found = weight[x] > 0 ? found : 0;
+        uint32_t end = x + half < width ? x + half + 1 : width;
+        for (uint32_t i = x > half ? x - half : 0; found && i < end; i++)
+            out[i] |= found;
+    }
+}
+
+static void ask_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    for (uint32_t y = begin; y < end; y++)
+        ask_row(user, y);
+}
 
 // The neighbours of a pixel, within the picture.
 struct neighbours {
@@ -32,20 +61,6 @@ static struct neighbours find_neighbours(const struct lf_pixel_clues *p, uint32_
     return (struct neighbours){x > half ? x - half : 0, y > half ? y - half : 0,
                                x + half < p->width ? x + half + 1 : p->width,
                                y + half < p->height ? y + half + 1 : p->height};
-}
-
-// Most blocks are of one opinion.
-static bool agree(const struct average *a, const struct neighbours *n, float *out)
-{
-    float least = INFINITY, most = -INFINITY;
-    for (size_t y = n->y0; y < n->y1; y++)
-        for (size_t i = y * a->pixels->width + n->x0; i < y * a->pixels->width + n->x1; i++)
-            if (a->weight[i] > 0) {
-                least = fminf(least, a->part[i]);
-                most = fmaxf(most, a->part[i]);
-            }
-    *out = most >= 0 ? most : 0;
-    return !(most > least);
 }
 
 // How much of a neighbour's lobe is in the pixel's: GGX of the normal between, the peak being 1.
@@ -66,18 +81,12 @@ static bool is_sure(const struct average *a, size_t pixel)
            (a->part[pixel] <= 0 || a->part[pixel] >= 1);
 }
 
-static float average_at(const struct average *a, uint32_t x, uint32_t y)
+static float weigh(const struct average *a, uint32_t x, uint32_t y)
 {
     const struct lf_pixel_clues *p = a->pixels;
     struct neighbours n = find_neighbours(p, x, y);
     size_t pixel = (size_t)y * p->width + x;
-    float window[LF_BLOCK_REACH], sum = 0, weights = 0, all;
-    if (!(p->mask[pixel] > 0))
-        return 0;
-    if (agree(a, &n, &all))
-        return all;
-    if (a->lobes && is_sure(a, pixel))
-        return a->part[pixel];
+    float window[LF_BLOCK_REACH], sum = 0, weights = 0;
     lf_block_window(LF_BLOCK / 2, window);
     for (uint32_t row = n.y0; row < n.y1; row++)
         for (uint32_t column = n.x0; column < n.x1; column++) {
@@ -94,18 +103,35 @@ static float average_at(const struct average *a, uint32_t x, uint32_t y)
     return weights > 0 ? sum / weights : a->part[pixel];
 }
 
+static void average_row(const struct average *a, uint32_t y)
+{
+    const struct lf_pixel_clues *p = a->pixels;
+    struct neighbours n = find_neighbours(p, 0, y);
+    for (uint32_t x = 0; x < p->width; x++) {
+        size_t pixel = (size_t)y * p->width + x;
+        unsigned opinions = 0;
+        for (size_t row = n.y0; row < n.y1; row++)
+            opinions |= a->opinions[row * p->width + x];
+        bool agreed = opinions != (LIT | HIDDEN);
+        a->out[pixel] = opinions == LIT ? 1 : 0;
+        if (!(p->mask[pixel] > 0))
+            a->out[pixel] = 0;
+        else if (!agreed)
+            a->out[pixel] = a->lobes && is_sure(a, pixel) ? a->part[pixel] : weigh(a, x, y);
+    }
+}
+
 static void average_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
-    const struct average *a = user;
     for (uint32_t y = begin; y < end; y++)
-        for (uint32_t x = 0; x < a->pixels->width; x++)
-            a->out[(size_t)y * a->pixels->width + x] = average_at(a, x, y);
+        average_row(user, y);
 }
 
 void lf_block_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                      const float *part, const float *weight, bool lobes, float *out)
+                      const struct lf_block_rays *rays, bool lobes, float *out)
 {
-    struct average average = {pixels, part, weight, lobes, out};
+    struct average average = {pixels, rays->part, rays->weight, lobes, (unsigned char *)rays->scratch, out};
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, ask_rows, &average);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, average_rows, &average);
 }

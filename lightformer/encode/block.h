@@ -27,10 +27,17 @@ extern const unsigned char lf_block_order[LF_BLOCK * LF_BLOCK];
 // from the first) count: so each of a block's places counts as one, wherever the block is.
 void lf_block_window(float at, float out[LF_BLOCK_REACH]);
 
+// What each pixel's own rays found: planes.
+struct lf_block_rays {
+    float *part;    // from 0 to 1
+    float *weight;  // of the answer; 0: nothing was asked
+    float *scratch; // overwritten
+};
+
 // The parts that pixels found, as the weighted mean of their neighbours': sum of part * weight over sum of
-// weight. A weight of 0: nothing was asked. 0 where no neighbour was asked. `lobes`: only neighbours count
-// whose highlights look into the same directions. `out` is neither of the others.
+// weight. 0 where no neighbour was asked. `lobes`: only neighbours count whose highlights look into the same
+// directions. `out` is none of the planes of `rays`.
 void lf_block_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                      const float *part, const float *weight, bool lobes, float *out);
+                      const struct lf_block_rays *rays, bool lobes, float *out);
 
 #endif

@@ -48,6 +48,14 @@ struct lf_mirror_hit {
     float emission[3]; // W/(sr m2), not of lights
 };
 
+// The same as pixels nearby see it.
+struct lf_mirror_ray {
+    float from[3], normal[3]; // where it began
+    float to[3];              // what it met, or its direction
+    float density;
+    bool met;
+};
+
 // What a pixel takes of the rays of a block around it, row by row: weights of 65535 in all, or none.
 struct lf_mirror_taps {
     uint32_t pixel;
@@ -67,6 +75,7 @@ struct lf_mirror {
     struct lf_mirror_lattice lattices[LF_MIRROR_KINDS];
     uint32_t first;                       // hits of rays from pixels, which come before those of reflections
     NG_ARRAY(struct lf_mirror_hit) hits;  // each in the order of pixels
+    NG_ARRAY(struct lf_mirror_ray) rays;  // of the first hits
     NG_ARRAY(struct lf_mirror_taps) taps; // of all pixels that reflect
     struct lf_floats seen;                // what hits show
 };
@@ -204,13 +213,13 @@ void lf_direct_view(const struct lf_encode_scene *scene, const struct lf_pixel_c
 // reach.c: how much of the light reaches pixels. `way` as lf_occluders_find leaves it; `scratch`: planes that
 // are overwritten.
 void lf_reach_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                   const struct lf_light_clues *light, float *const way[5], float *const scratch[2],
+                   const struct lf_light_clues *light, float *const way[5], const struct lf_block_rays *rays,
                    float *reached);
 
 // highlight.c: the part of `glossy` that is lit.
 void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                         const struct lf_light_clues *light, float *const glossy[3], const float *reached,
-                        float *const scratch[2], float *out);
+                        const struct lf_block_rays *rays, float *out);
 
 // bounce.c: light of RSM texels on the grid, then everywhere.
 NG_NODISCARD ng_result lf_bounce_view(const struct lf_encode_scene *scene,

@@ -31,6 +31,7 @@ void lf_pixel_clues_destroy(struct lf_pixel_clues **clues)
     for (int i = 0; i < LF_MIRROR_KINDS; i++)
         ng_array_finish(&p->reflections.lattices[i].hit_at);
     ng_array_finish(&p->reflections.hits);
+    ng_array_finish(&p->reflections.rays);
     ng_array_finish(&p->reflections.taps);
     ng_array_finish(&p->reflections.seen.list);
     free(p);
@@ -273,7 +274,7 @@ struct view_planes {
     float *way[5]; // direction, distance, occluder
     float *diffuse[3], *glossy[3], *bounce[3], *mirror[3], *mirror_bounce[3], *diffuse_reached[1],
         *glossy_reached[1];
-    float *scratch[2];
+    float *rays[3]; // struct lf_block_rays
 };
 
 static bool wants_reached(const struct lf_encode_scene *s)
@@ -302,7 +303,7 @@ static bool wants_mirror(const struct lf_encode_scene *s)
 static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, struct lf_light_clues *l,
                          struct view_planes *out)
 {
-    enum { PLANES = 24 };
+    enum { PLANES = 25 };
     struct lf_floats *memory = scene->view ? &scene->view->floats : &l->view;
     if (!ng_array_resize(&memory->list, PLANES * (count + LF_PLANE_GAP)))
         return ng_out_of_memory("the view of a light");
@@ -310,8 +311,8 @@ static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, stru
     float *next = memory->list.items,
           **planes[] = {out->way,    out->diffuse,       out->glossy,          out->bounce,
                         out->mirror, out->mirror_bounce, out->diffuse_reached, out->glossy_reached,
-                        out->scratch};
-    static const int channels[] = {5, 3, 3, 3, 3, 3, 1, 1, 2};
+                        out->rays};
+    static const int channels[] = {5, 3, 3, 3, 3, 3, 1, 1, 3};
     for (size_t i = 0; i < NG_COUNT(planes); i++, next += LF_PLANE_GAP)
         for (int c = 0; c < channels[i]; c++, next += count)
             planes[i][c] = next;
@@ -341,6 +342,7 @@ ng_result lf_encode_view(const struct lf_encode_scene *scene, const struct lf_pi
     struct view_planes planes;
     uint64_t begin = ng_clock_ns();
     NG_TRY(lay_out(scene, (size_t)pixels->width * pixels->height, light, &planes));
+    const struct lf_block_rays rays = {planes.rays[0], planes.rays[1], planes.rays[2]};
     if (wants_way(scene))
         lf_occluders_find(scene, pixels, light, planes.way);
     light->ms[LF_ENCODE_OCCLUDERS] = lf_encode_lap(&begin);
@@ -348,10 +350,10 @@ ng_result lf_encode_view(const struct lf_encode_scene *scene, const struct lf_pi
         lf_direct_view(scene, pixels, light, planes.diffuse, planes.glossy);
     light->ms[LF_ENCODE_DIRECT] = lf_encode_lap(&begin);
     if (wants_reached(scene))
-        lf_reach_find(scene, pixels, light, planes.way, planes.scratch, planes.diffuse_reached[0]);
+        lf_reach_find(scene, pixels, light, planes.way, &rays, planes.diffuse_reached[0]);
     light->ms[LF_ENCODE_REACH] = lf_encode_lap(&begin);
     if (lf_encode_wants(scene, LF_INPUT_VIEW_GLOSSY_REACHED))
-        lf_highlights_find(scene, pixels, light, planes.glossy, planes.diffuse_reached[0], planes.scratch,
+        lf_highlights_find(scene, pixels, light, planes.glossy, planes.diffuse_reached[0], &rays,
                            planes.glossy_reached[0]);
     light->ms[LF_ENCODE_HIGHLIGHTS] = lf_encode_lap(&begin);
     if (lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE))

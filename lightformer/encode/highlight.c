@@ -20,7 +20,7 @@ struct search {
     const struct lf_light_clues *light;
     float *const *glossy;
     const float *reached;
-    float *lit, *weight; // of each pixel's own rays
+    const struct lf_block_rays *rays;
     float *out;
 };
 
@@ -141,8 +141,8 @@ static void find_pixel(const struct search *s, uint32_t x, uint32_t y)
         sum += weight;
         lit += weight > 0 && is_lit(s, &at, direction, distance) ? weight : 0;
     }
-    s->lit[pixel] = sum > 0 ? lit / sum : 0;
-    s->weight[pixel] = sum;
+    s->rays->part[pixel] = sum > 0 ? lit / sum : 0;
+    s->rays->weight[pixel] = sum;
 }
 
 static bool counts(const struct search *s, size_t pixel)
@@ -159,7 +159,7 @@ static void find_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     for (uint32_t y = begin; y < end; y++)
         for (uint32_t x = 0; x < s->pixels->width; x++) {
             size_t i = (size_t)y * s->pixels->width + x;
-            s->lit[i] = s->weight[i] = 0;
+            s->rays->part[i] = s->rays->weight[i] = 0;
             if (counts(s, i))
                 find_pixel(s, x, y);
         }
@@ -177,10 +177,10 @@ static void fill_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 
 void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                         const struct lf_light_clues *light, float *const glossy[3], const float *reached,
-                        float *const scratch[2], float *out)
+                        const struct lf_block_rays *rays, float *out)
 {
-    struct search s = {scene, pixels, light, glossy, reached, scratch[0], scratch[1], out};
+    struct search s = {scene, pixels, light, glossy, reached, rays, out};
     ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &s);
-    lf_block_average(scene, pixels, s.lit, s.weight, true, out);
+    lf_block_average(scene, pixels, rays, true, out);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &s);
 }

@@ -395,9 +395,67 @@ static void bounce(const struct lf_bounce_source *sources, uint32_t count, const
     memcpy(out, sums, sizeof sums);
 }
 
+// ---- reflections ------------------------------------------------------------------------------------------
+
+#define BLOCK_LANES _Pragma("omp simd") for (int i = 0; i < LF_BLOCK_LANES; i++)
+
+// Of the half vectors between viewer and rays; a ray that the surface does not reflect loses its weight.
+struct halves {
+    float cosine[LF_BLOCK_LANES];  // of the ray
+    float nh[LF_BLOCK_LANES];      // of the half vector
+    float tangent[LF_BLOCK_LANES]; // of the half vector, squared
+};
+
+static void find_halves(const struct lf_lobe *at, float grain, const struct lf_block_hits *h,
+                        struct halves *out, float weight[LF_BLOCK_LANES])
+{
+    const float *n = at->normal, *f = at->flat, *v = at->view;
+    float per_grain = 1 / grain;
+    BLOCK_LANES
+    {
+        float wx = h->way[0][i], wy = h->way[1][i], wz = h->way[2][i];
+        float scale = 1 / ng_sqrt(ng_max(dot(wx, wy, wz, wx, wy, wz), 1e-30f));
+        wx *= scale;
+        wy *= scale;
+        wz *= scale;
+        float hx = wx + v[0], hy = wy + v[1], hz = wz + v[2];
+        float nh = dot(n[0], n[1], n[2], hx, hy, hz) / ng_sqrt(ng_max(dot(hx, hy, hz, hx, hy, hz), 1e-30f));
+        float nl = dot(n[0], n[1], n[2], wx, wy, wz), fl = dot(f[0], f[1], f[2], wx, wy, wz);
+        float height = dot(n[0], n[1], n[2], h->from[0][i], h->from[1][i], h->from[2][i]) * per_grain;
+        float facing = dot(n[0], n[1], n[2], h->normal[0][i], h->normal[1][i], h->normal[2][i]);
+        float like = ng_max(facing, 0.0f) / (1 + height * height), square = nh * nh;
+        float kept = nl > 0 ? h->weight[i] : 0;
+        kept = fl > 0 ? kept : 0;
+        kept = nh > 0 ? kept : 0;
+        weight[i] = kept * like;
+        out->cosine[i] = nl;
+        out->nh[i] = ng_min(nh, 1.0f);
+        float tangent = ng_max(1 - square, 0.0f) / ng_max(square, 1e-6f);
+        out->tangent[i] = weight[i] > 0 ? tangent : 1e30f;
+    }
+}
+
+static void reflect_rays(const struct lf_lobe *at, float grain, const struct lf_block_hits *hits,
+                         float weight[LF_BLOCK_LANES])
+{
+    struct halves h;
+    find_halves(at, grain, hits, &h, weight);
+    float least = h.tangent[0], alpha = ng_brdf_alpha(at->roughness), nv = lf_lobe_cosine(at);
+    for (int i = 1; i < LF_BLOCK_LANES; i++)
+        least = ng_min(least, h.tangent[i]);
+    float roughness = ng_sqrt(ng_min(ng_sqrt(alpha * alpha + least), 1.0f));
+    BLOCK_LANES
+    {
+        float density = ng_brdf_sample_pdf(nv, h.nh[i], roughness) + hits->density[i];
+        float nl = ng_max(h.cosine[i], 1e-6f); // of a ray that counts it is more
+        weight[i] *= ng_brdf_lobe(nl, nv, h.nh[i], roughness) * nl / density;
+    }
+}
+
 #define NAME_(x)  #x
 #define NAME(x)   NAME_(x)
 #define TABLE_(x) lf_kernels_##x
 #define TABLE(x)  TABLE_(x)
 extern const struct lf_kernels TABLE(NG_KERNELS);
-const struct lf_kernels TABLE(NG_KERNELS) = {.name = NAME(NG_KERNELS), .direct = direct, .bounce = bounce};
+const struct lf_kernels TABLE(NG_KERNELS) = {
+    .name = NAME(NG_KERNELS), .direct = direct, .bounce = bounce, .reflect = reflect_rays};

@@ -1,11 +1,13 @@
-// The two sums that take the time: unshadowed direct light of one light, and light of RSM texels, at sixteen
-// surfaces at once. Plain C that the compiler vectorizes, built for several instruction sets; all give the
-// same bytes.
+// What takes the time: unshadowed direct light of one light, and light of RSM texels, at sixteen surfaces at
+// once; and what a surface reflects of the rays around it. Plain C that the compiler vectorizes, built for
+// several instruction sets; all give the same bytes.
 //
 // Lengths are in radii of the scene's sphere, relative to its centre; powers are shares of the light's power.
 // So radiance comes out at unit power with 1 / R^2 taken out, as lightformer/net/inputs.inc wants it.
 #ifndef LF_ENCODE_KERNELS_H
 #define LF_ENCODE_KERNELS_H
+
+#include "lightformer/encode/lobe.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -64,6 +66,17 @@ struct lf_bounce_source {
     float area;    // of the surface that it stands for
 };
 
+#define LF_BLOCK_LANES 32 // LF_BLOCK_REACH^2 rays of a block, rounded up
+
+// Rays around a surface, relative to it.
+struct lf_block_hits {
+    float from[3][LF_BLOCK_LANES];   // where they began
+    float normal[3][LF_BLOCK_LANES]; // there
+    float way[3][LF_BLOCK_LANES];    // to what they met, or into the direction in which there is nothing
+    float density[LF_BLOCK_LANES];   // per steradian, with which they were chosen
+    float weight[LF_BLOCK_LANES];    // by place; 0: no ray
+};
+
 struct lf_kernels {
     const char *name;
     // Radiance by parts. `lobes`: the light's samples share the specular part with LF_LOBE_SAMPLES directions
@@ -74,6 +87,12 @@ struct lf_kernels {
     // Irradiance / pi.
     void (*bounce)(const struct lf_bounce_source *sources, uint32_t count, const struct lf_points *points,
                    float out[3][LF_LANES]);
+    // What each ray counts: weight times BRDF and cosine, over the sum of both densities with which it could
+    // have been chosen (balance heuristic), on surfaces like this one: `grain` is the distance from its plane
+    // that halves a weight. A lobe that is so narrow that it ends between the rays is widened to the nearest
+    // one.
+    void (*reflect)(const struct lf_lobe *at, float grain, const struct lf_block_hits *hits,
+                    float weight[LF_BLOCK_LANES]);
 };
 
 // The sets that this CPU has, the fastest first; null past the end.

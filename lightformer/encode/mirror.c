@@ -159,6 +159,11 @@ static void cast_from_pixels(void *user, uint32_t begin, uint32_t end, uint32_t 
         choose_direction(&lobe, lf_lobe_samples[lf_block_order[hit->block]],
                          part_of_lobe(cast, hit, lobe.roughness), hit);
         cast_ray(cast, position, lobe.flat, hit);
+        struct lf_mirror_ray *ray = &p->reflections.rays.items[i];
+        *ray = (struct lf_mirror_ray){.density = hit->density, .met = hit->met};
+        memcpy(ray->from, position, sizeof ray->from);
+        memcpy(ray->normal, lobe.normal, sizeof ray->normal);
+        memcpy(ray->to, hit->met ? hit->position : hit->direction, sizeof ray->to);
     }
 }
 
@@ -221,103 +226,53 @@ static uint32_t hit_of(const struct block *b, uint32_t k)
     return inside ? b->lattice->hit_at.items[(size_t)row * b->lattice->width + column] : 0;
 }
 
-// One ray as a pixel sees it.
-struct tap {
-    const struct lf_mirror_hit *hit;
-    uint32_t place;    // in the block
-    float weight;      // by place
-    float cosine;      // of the direction to what it met
-    float nh, tangent; // of the half vector: cosine, squared tangent
-};
-
-// How much of the surface that the ray began on is the surface of the pixel.
-static float place_weight(const struct lf_pixel_clues *p, size_t pixel, size_t other)
+static void set_lane_of_block(const struct lf_pixel_clues *p, uint32_t pixel, const struct lf_mirror_ray *ray,
+                              uint32_t k, struct lf_block_hits *out)
 {
-    float height = 0, cosine = 0;
     for (int c = 0; c < 3; c++) {
-        height += (p->position[c][other] - p->position[c][pixel]) * p->normal[c][pixel];
-        cosine += p->normal[c][other] * p->normal[c][pixel];
+        float at = p->position[c][pixel];
+        out->from[c][k] = ray->from[c] - at;
+        out->normal[c][k] = ray->normal[c];
+        out->way[c][k] = ray->met ? ray->to[c] - at : ray->to[c];
     }
-    height /= PLANE_GRAIN * p->distance[pixel] + 1e-12f;
-    return fmaxf(cosine, 0) / (1 + height * height);
+    out->density[k] = ray->density;
 }
 
-static bool make_tap(const struct lf_pixel_clues *p, size_t pixel, const struct lf_lobe *at, struct tap *out)
-{
-    const struct lf_mirror_hit *hit = out->hit;
-    float way[3], half[3];
-    memcpy(way, hit->direction, sizeof way);
-    for (int c = 0; c < 3 && hit->met; c++)
-        way[c] = hit->position[c] - p->position[c][pixel];
-    out->weight *= place_weight(p, pixel, hit->pixel);
-    if (!(out->weight > 0) || !lf_normalize(way) || !(lf_dot(at->flat, way) > 0))
-        return false;
-    out->cosine = lf_dot(at->normal, way);
-    lf_mad(way, at->view, 1, half);
-    if (!(out->cosine > 0) || !lf_normalize(half))
-        return false;
-    out->nh = lf_dot(at->normal, half);
-    float square = out->nh * out->nh;
-    out->tangent = fmaxf(1 - square, 0) / fmaxf(square, 1e-6f);
-    return out->nh > 0;
-}
-
-// The lobe of a very smooth surface may end between the rays: it is widened to the nearest one.
-static void weigh(const struct lf_lobe *at, struct tap *taps, uint32_t count)
-{
-    float least = INFINITY, alpha = ng_brdf_alpha(at->roughness), nv = lf_lobe_cosine(at);
-    for (uint32_t i = 0; i < count; i++)
-        least = fminf(least, taps[i].tangent);
-    float wide = fminf(sqrtf(alpha * alpha + least), 1), roughness = sqrtf(wide);
-    for (uint32_t i = 0; i < count; i++) {
-        struct tap *t = &taps[i];
-        float density = ng_brdf_sample_pdf(nv, t->nh, roughness) + t->hit->density;
-        t->weight *= ng_brdf_lobe(t->cosine, nv, t->nh, roughness) * t->cosine / density;
-    }
-}
-
-// All rays of the block that show the pixel something.
-static uint32_t gather_taps(const struct lf_pixel_clues *p, uint32_t pixel, const struct lf_lobe *lobe,
-                            struct tap taps[TAPS])
+static void gather_block(const struct lf_pixel_clues *p, uint32_t pixel, struct lf_block_hits *out)
 {
     struct block b = block_of(p, pixel);
     float across[LF_BLOCK_REACH], down[LF_BLOCK_REACH], s = (float)b.lattice->spacing;
-    uint32_t count = 0;
     lf_block_window((float)(pixel % p->width) / s - (float)(int32_t)b.column, across);
     lf_block_window((float)(pixel / p->width) / s - (float)(int32_t)b.row, down);
     for (uint32_t k = 0; k < TAPS; k++) {
         uint32_t hit = hit_of(&b, k);
-        if (!hit)
-            continue;
-        taps[count] = (struct tap){.hit = &p->reflections.hits.items[hit - 1],
-                                   .place = k,
-                                   .weight = across[k % LF_BLOCK_REACH] * down[k / LF_BLOCK_REACH]};
-        count += make_tap(p, pixel, lobe, &taps[count]);
+        out->weight[k] = hit ? across[k % LF_BLOCK_REACH] * down[k / LF_BLOCK_REACH] : 0;
+        if (hit)
+            set_lane_of_block(p, pixel, &p->reflections.rays.items[hit - 1], k, out);
     }
-    return count;
 }
 
-static void find_taps(const struct lf_pixel_clues *p, struct lf_mirror_taps *out)
+static void find_taps(const struct lf_pixel_clues *p, struct lf_block_hits *block, struct lf_mirror_taps *out)
 {
-    struct tap taps[TAPS];
     struct lf_lobe lobe;
-    float sum = 0;
+    float weight[LF_BLOCK_LANES], sum = 0;
     lf_pixel_lobe(p, out->pixel, &lobe);
-    uint32_t count = gather_taps(p, out->pixel, &lobe, taps);
-    weigh(&lobe, taps, count);
-    for (uint32_t k = 0; k < count; k++)
-        sum += taps[k].weight;
-    memset(out->weight, 0, sizeof out->weight);
-    for (uint32_t k = 0; sum > 0 && k < count; k++)
-        out->weight[taps[k].place] = (uint16_t)(taps[k].weight / sum * WHOLE + 0.5f);
+    gather_block(p, out->pixel, block);
+    lf_kernels_of(0)->reflect(&lobe, PLANE_GRAIN * p->distance[out->pixel] + 1e-12f, block, weight);
+    for (uint32_t k = 0; k < TAPS; k++)
+        sum += weight[k];
+    bool any = sum > 0 && isfinite(sum);
+    for (uint32_t k = 0; k < TAPS; k++)
+        out->weight[k] = any ? (uint16_t)(weight[k] / sum * WHOLE + 0.5f) : 0;
 }
 
 static void find_all_taps(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct cast *cast = user;
+    struct lf_block_hits block = {.weight = {0}}; // lanes without a ray hold any numbers, but numbers
     for (uint32_t i = begin; i < end; i++)
-        find_taps(cast->pixels, &cast->pixels->reflections.taps.items[i]);
+        find_taps(cast->pixels, &block, &cast->pixels->reflections.taps.items[i]);
 }
 
 static ng_result connect(const struct cast *cast)
@@ -442,6 +397,8 @@ ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget, s
     m->hits.count = 0;
     NG_TRY(choose_pixels(LF_MIRROR_METAL, budget - budget / 4, out)); // at least one each
     NG_TRY(choose_pixels(LF_MIRROR_GLOSS, (budget + 3) / 4, out));
+    if (!ng_array_resize(&m->rays, m->hits.count))
+        return ng_out_of_memory("the reflections of a picture");
     ng_jobs_for(scene->jobs, (uint32_t)m->hits.count, 64, cast_from_pixels, &cast);
     NG_TRY(go_on(m));
     ng_jobs_for(scene->jobs, (uint32_t)m->hits.count - m->first, 64, cast_from_hits, &cast);

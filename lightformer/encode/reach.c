@@ -14,7 +14,7 @@ struct search {
     const struct lf_encode_scene *scene;
     const struct lf_pixel_clues *pixels;
     const struct lf_light_clues *light;
-    float *reached, *weight; // of each pixel's own ray
+    const struct lf_block_rays *rays;
 };
 
 // Sets a ray from the VPL to a pixel. False if it brings nothing there.
@@ -44,7 +44,7 @@ static bool set_ray(const struct search *s, size_t pixel, const struct ng_light_
         packet->direction[c][lane] = infinite ? in.direction[c] : -in.direction[c];
     }
     packet->far[lane] = infinite ? INFINITY : in.distance * REACH;
-    s->weight[pixel] = weight;
+    s->rays->weight[pixel] = weight;
     return true;
 }
 
@@ -64,15 +64,15 @@ static void trace_place(const struct search *s, uint32_t x0, uint32_t y0, uint32
         if (x >= p->width || y >= p->height)
             continue;
         at[i] = (size_t)y * p->width + x;
-        s->weight[at[i]] = s->reached[at[i]] = 0;
+        s->rays->weight[at[i]] = s->rays->part[at[i]] = 0;
         rays += p->mask[at[i]] > 0 && set_ray(s, at[i], vpl, i, &packet);
     }
     if (!rays)
         return;
     lf_trace_packet(s->scene->tracer, &packet, NULL);
     for (uint32_t i = 0; i < LF_PACKET; i++)
-        if (at[i] != SIZE_MAX && s->weight[at[i]] > 0)
-            s->reached[at[i]] = packet.met[i] ? 0 : 1;
+        if (at[i] != SIZE_MAX && s->rays->weight[at[i]] > 0)
+            s->rays->part[at[i]] = packet.met[i] ? 0 : 1;
 }
 
 static void trace_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -86,10 +86,10 @@ static void trace_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worke
 }
 
 void lf_reach_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                   const struct lf_light_clues *light, float *const way[5], float *const scratch[2],
+                   const struct lf_light_clues *light, float *const way[5], const struct lf_block_rays *rays,
                    float *reached)
 {
-    struct search s = {scene, pixels, light, .reached = scratch[0], .weight = scratch[1]};
+    struct search s = {scene, pixels, light, rays};
     size_t count = (size_t)pixels->width * pixels->height;
     if (light->unit.type->delta) { // is seen from one place, or one direction
         for (size_t i = 0; i < count; i++)
@@ -97,5 +97,5 @@ void lf_reach_find(const struct lf_encode_scene *scene, const struct lf_pixel_cl
         return;
     }
     ng_jobs_for(scene->jobs, (pixels->height + TILE - 1) / TILE, 1, trace_tiles, &s);
-    lf_block_average(scene, pixels, s.reached, s.weight, false, reached);
+    lf_block_average(scene, pixels, rays, false, reached);
 }
