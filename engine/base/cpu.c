@@ -50,3 +50,12 @@ bool ng_cpu_has(enum ng_cpu_feature feature)
     return false;
 }
 #endif
+
+enum ng_cpu_set ng_cpu_set_of(uint32_t index)
+{
+    if (ng_cpu_has(NG_CPU_AVX512) && index-- == 0)
+        return NG_CPU_SET_AVX512;
+    if (ng_cpu_has(NG_CPU_AVX2) && index-- == 0)
+        return NG_CPU_SET_AVX2;
+    return index == 0 ? NG_CPU_SET_PLAIN : NG_CPU_SETS;
+}

@@ -37,7 +37,8 @@ void ng_ui_begin(struct ng_ui *ui, const struct ng_ui_frame *frame);
 bool ng_ui_has_pointer(const struct ng_ui *ui);
 
 // A window that fits what is in it, at pixels (x, y) from the top left when it first appears, in front of the
-// others whenever it appears; what would reach below the picture is scrolled to. False if it is collapsed: skip its content, but end it.
+// others whenever it appears; what would reach below the picture is scrolled to. False if it is collapsed:
+// skip its content, but end it.
 bool ng_ui_window_begin(struct ng_ui *ui, const char *title, float x, float y);
 void ng_ui_window_end(struct ng_ui *ui);
 void ng_ui_text(struct ng_ui *ui, const char *fmt, ...) NG_PRINTF(2, 3);

@@ -252,13 +252,14 @@ static void gather_block(const struct lf_pixel_clues *p, uint32_t pixel, struct 
     }
 }
 
-static void find_taps(const struct lf_pixel_clues *p, struct lf_block_hits *block, struct lf_mirror_taps *out)
+static void find_taps(const struct lf_pixel_clues *p, const struct lf_kernels *kernels,
+                      struct lf_block_hits *block, struct lf_mirror_taps *out)
 {
     struct lf_lobe lobe;
     float weight[LF_BLOCK_LANES], sum = 0;
     lf_pixel_lobe(p, out->pixel, &lobe);
     gather_block(p, out->pixel, block);
-    lf_kernels_of(0)->reflect(&lobe, PLANE_GRAIN * p->distance[out->pixel] + 1e-12f, block, weight);
+    kernels->reflect(&lobe, PLANE_GRAIN * p->distance[out->pixel] + 1e-12f, block, weight);
     for (uint32_t k = 0; k < TAPS; k++)
         sum += weight[k];
     bool any = sum > 0 && isfinite(sum);
@@ -270,9 +271,10 @@ static void find_all_taps(void *user, uint32_t begin, uint32_t end, uint32_t wor
 {
     NG_UNUSED(worker);
     const struct cast *cast = user;
+    const struct lf_kernels *kernels = lf_kernels_of(0);
     struct lf_block_hits block = {.weight = {0}}; // lanes without a ray hold any numbers, but numbers
     for (uint32_t i = begin; i < end; i++)
-        find_taps(cast->pixels, &block, &cast->pixels->reflections.taps.items[i]);
+        find_taps(cast->pixels, kernels, &block, &cast->pixels->reflections.taps.items[i]);
 }
 
 static ng_result connect(const struct cast *cast)

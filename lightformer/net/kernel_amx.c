@@ -112,8 +112,10 @@ static void finish(const struct lf_product_call *c, const float *sums, uint32_t 
     }
 }
 
-static inline void two_by_two(const struct lf_product_call *c, const uint32_t *weights, size_t block,
-                              uint32_t n, uint32_t x, float (*sums)[TILE_WORDS])
+// One or two blocks of outputs, `block` words apart, by two blocks of inputs.
+static inline __attribute__((always_inline)) void multiply(const struct lf_product_call *c,
+                                                           const uint32_t *weights, size_t block, bool two,
+                                                           uint32_t n, uint32_t x, float (*sums)[TILE_WORDS])
 {
     const uint32_t chunks = chunk_count(c->rows), rows = c->rows / chunks;
     const size_t stride = c->stride * sizeof(uint32_t);
@@ -129,42 +131,23 @@ static inline void two_by_two(const struct lf_product_call *c, const uint32_t *w
             _tile_dpbf16ps(0, 4, 6);
             _tile_loadd(7, in + 16, stride);
             _tile_dpbf16ps(1, 4, 7);
-            _tile_loadd(5, weights + block, 64);
-            _tile_dpbf16ps(2, 5, 6);
-            _tile_dpbf16ps(3, 5, 7);
+            if (two) {
+                _tile_loadd(5, weights + block, 64);
+                _tile_dpbf16ps(2, 5, 6);
+                _tile_dpbf16ps(3, 5, 7);
+            }
         }
     }
     _tile_stored(0, sums[0], 64);
     _tile_stored(1, sums[1], 64);
+    finish(c, sums[0], n, x);
+    finish(c, sums[1], n, x + 16);
+    if (!two)
+        return;
     _tile_stored(2, sums[2], 64);
     _tile_stored(3, sums[3], 64);
-    finish(c, sums[0], n, x);
-    finish(c, sums[1], n, x + 16);
     finish(c, sums[2], n + LF_BLOCK, x);
     finish(c, sums[3], n + LF_BLOCK, x + 16);
-}
-
-static inline void one_by_two(const struct lf_product_call *c, const uint32_t *weights, uint32_t n,
-                              uint32_t x, float (*sums)[TILE_WORDS])
-{
-    const uint32_t chunks = chunk_count(c->rows), rows = c->rows / chunks;
-    const size_t stride = c->stride * sizeof(uint32_t);
-    _tile_zero(0);
-    _tile_zero(1);
-    for (uint32_t tap = 0; tap < c->taps; tap++) {
-        const uint32_t *in = c->in[tap] + x;
-        for (uint32_t chunk = 0; chunk < chunks; chunk++, in += rows * c->stride, weights += TILE_WORDS) {
-            _tile_loadd(4, weights, 64);
-            _tile_loadd(6, in, stride);
-            _tile_dpbf16ps(0, 4, 6);
-            _tile_loadd(7, in + 16, stride);
-            _tile_dpbf16ps(1, 4, 7);
-        }
-    }
-    _tile_stored(0, sums[0], 64);
-    _tile_stored(1, sums[1], 64);
-    finish(c, sums[0], n, x);
-    finish(c, sums[1], n, x + 16);
 }
 
 static void product(const struct lf_product_call *c)
@@ -177,9 +160,9 @@ static void product(const struct lf_product_call *c)
     for (uint32_t i = 0; i < blocks; i += 2, weights += 2 * block)
         for (uint32_t x = 0; x < c->width; x += 32)
             if (i + 1 < blocks)
-                two_by_two(c, weights, block, i * LF_BLOCK, x, sums);
+                multiply(c, weights, block, true, i * LF_BLOCK, x, sums);
             else
-                one_by_two(c, weights, i * LF_BLOCK, x, sums);
+                multiply(c, weights, block, false, i * LF_BLOCK, x, sums);
 }
 
 static double peak(uint32_t rounds)

@@ -10,11 +10,12 @@ extern const struct lf_wave_kernels lf_wave_kernels_avx2, lf_wave_kernels_avx512
 
 const struct lf_wave_kernels *lf_wave_kernels_of(uint32_t index)
 {
+    static const struct lf_wave_kernels *const sets[NG_CPU_SETS + 1] = {
+        [NG_CPU_SET_PLAIN] = &lf_wave_kernels_plain,
 #ifdef __x86_64__
-    if (ng_cpu_has(NG_CPU_AVX512) && index-- == 0)
-        return &lf_wave_kernels_avx512;
-    if (ng_cpu_has(NG_CPU_AVX2) && index-- == 0)
-        return &lf_wave_kernels_avx2;
+        [NG_CPU_SET_AVX2] = &lf_wave_kernels_avx2,
+        [NG_CPU_SET_AVX512] = &lf_wave_kernels_avx512,
 #endif
-    return index == 0 ? &lf_wave_kernels_plain : NULL;
+    };
+    return sets[ng_cpu_set_of(index)];
 }

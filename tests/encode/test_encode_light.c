@@ -185,6 +185,21 @@ static struct lf_light_shape random_shape(struct ng_rng *rng, enum lf_emitter em
     return s;
 }
 
+static struct lf_block_hits random_hits(struct ng_rng *rng)
+{
+    struct lf_block_hits h;
+    for (int i = 0; i < LF_BLOCK_LANES; i++) {
+        for (int c = 0; c < 3; c++) {
+            h.from[c][i] = 0.1f * (ng_rng_float(rng) - 0.5f);
+            h.normal[c][i] = c == 1 ? 1 : 0;
+            h.way[c][i] = ng_rng_float(rng) - (c == 1 ? 0.1f : 0.5f);
+        }
+        h.density[i] = 10 * ng_rng_float(rng);
+        h.weight[i] = i < 25 ? ng_rng_float(rng) : 0;
+    }
+    return h;
+}
+
 // To the last bit, on whatever CPU this is.
 static void instruction_sets_agree(void **state)
 {
@@ -205,6 +220,13 @@ static void instruction_sets_agree(void **state)
         double sum = 0;
         lf_kernels_of(0)->direct(&shape, &points, lobes, &first);
         lf_kernels_of(0)->bounce(sources, 5, &points, bounce_first);
+        struct lf_block_hits hits = random_hits(&rng);
+        struct lf_lobe lobe = {{0, 1, 0}, {0, 1, 0}, {0.6f, 0.8f, 0}, 0.05f + 0.9f * ng_rng_float(&rng)};
+        float rays_first[LF_BLOCK_LANES], rays[LF_BLOCK_LANES];
+        lf_kernels_of(0)->reflect(&lobe, 0.02f, &hits, rays_first);
+        for (int i = 0; i < LF_BLOCK_LANES; i++)
+            assert_true(rays_first[i] >= 0 && isfinite(rays_first[i]) &&
+                        (hits.way[1][i] > 0 || rays_first[i] == 0));
         for (int i = 0; i < LF_LANES; i++)
             sum += (double)(first.diffuse[0][i] + bounce_first[0][i]);
         assert_true(sum > 0);
@@ -213,6 +235,8 @@ static void instruction_sets_agree(void **state)
             lf_kernels_of(k)->bounce(sources, 5, &points, bounce);
             assert_memory_equal(&first, &lit, sizeof lit);
             assert_memory_equal(bounce_first, bounce, sizeof bounce);
+            lf_kernels_of(k)->reflect(&lobe, 0.02f, &hits, rays);
+            assert_memory_equal(rays_first, rays, sizeof rays);
         }
     }
     uint32_t sets = 0;
