@@ -72,7 +72,7 @@ static void make_settings(const struct lf_dataset_params *p, struct lf_settings 
     };
     struct lf_setting *note = s->items;
     char word[32];
-    put_word(note++, "format", "4");
+    put_word(note++, "format", "5");
     put_word(note++, "program", p->program);
     put_word(note++, "scene", p->scene);
     snprintf(word, sizeof word, "%016" PRIx64, p->scene_hash);

@@ -38,12 +38,18 @@ static void sum_grid(void *user, uint32_t begin, uint32_t end, uint32_t worker)
         }
 }
 
+struct spreading {
+    const struct lf_pixel_clues *pixels;
+    const float *grid;
+    float *const *out;
+};
+
 static void spread(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
-    const struct sum *s = user;
+    const struct spreading *s = user;
     const struct lf_pixel_clues *p = s->pixels;
-    const float *grid = s->light->grid.list.items;
+    const float *grid = s->grid;
     size_t n = (size_t)p->grid_width * p->grid_height;
     for (size_t y = begin; y < end; y++) {
         size_t row = y / LF_BOUNCE_STEP, below = row + (row + 1 < p->grid_height);
@@ -58,6 +64,13 @@ static void spread(void *user, uint32_t begin, uint32_t end, uint32_t worker)
             }
         }
     }
+}
+
+void lf_grid_spread(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                    const float *grid, float *const out[3])
+{
+    struct spreading s = {pixels, grid, out};
+    ng_jobs_for(scene->jobs, pixels->height, 8, spread, &s);
 }
 
 static void sum_alone(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -84,7 +97,7 @@ ng_result lf_bounce_view(const struct lf_encode_scene *scene, const struct lf_pi
     if (!ng_array_resize(&light->grid.list, (size_t)3 * pixels->grid_width * pixels->grid_height))
         return ng_out_of_memory("the view of a light");
     ng_jobs_for(scene->jobs, pixels->grid_height, 1, sum_grid, &sum);
-    ng_jobs_for(scene->jobs, pixels->height, 8, spread, &sum);
+    lf_grid_spread(scene, pixels, light->grid.list.items, out);
     ng_jobs_for(scene->jobs, (uint32_t)((pixels->alone.count + LF_LANES - 1) / LF_LANES), 4, sum_alone, &sum);
     return NG_OK;
 }

@@ -9,6 +9,7 @@
 #include "lightformer/encode/encode.h"
 #include "lightformer/encode/kernels.h"
 #include "lightformer/encode/lobe.h"
+#include "lightformer/encode/look.h"
 #include "lightformer/trace/surface.h"
 #include "lightformer/trace/tracer.h"
 #include "render/frame.h"
@@ -32,20 +33,6 @@ struct lf_space {
 // where none of them is on the same surface.
 struct lf_grid_taps {
     float weight[4];
-};
-
-// A ray that shows what a surface reflects, and the surface that it met.
-struct lf_mirror_hit {
-    uint32_t pixel;   // where the ray began
-    uint32_t block;   // place among the rays of a block
-    uint32_t through; // index + 1 of the hit whose reflection this is; 0: of the pixel's
-    bool met;
-    float distance;     // along the ray
-    float direction[3]; // of the ray
-    float density;      // per steradian, with which the ray was chosen
-    float position[3], normal[3], flat[3], view[3];
-    float albedo[3], f0[3], roughness;
-    float emission[3]; // W/(sr m2), not of lights
 };
 
 // The same as pixels nearby see it.
@@ -74,10 +61,18 @@ struct lf_mirror_lattice {
 struct lf_mirror {
     struct lf_mirror_lattice lattices[LF_MIRROR_KINDS];
     uint32_t first;                       // hits of rays from pixels, which come before those of reflections
-    NG_ARRAY(struct lf_mirror_hit) hits;  // each in the order of pixels
+    NG_ARRAY(struct lf_ray_end) hits;     // each in the order of pixels
     NG_ARRAY(struct lf_mirror_ray) rays;  // of the first hits
     NG_ARRAY(struct lf_mirror_taps) taps; // of all pixels that reflect
     struct lf_floats seen;                // what hits show
+};
+
+// Rays over the hemisphere of every point of the grid, and what is taken of those of its neighbours: first
+// along rows, then along columns.
+#define LF_AROUND_REACH 9
+struct lf_around {
+    NG_ARRAY(struct lf_ray_end) ends; // [rays][grid points]; where is no surface nothing was met
+    NG_ARRAY(float) weights;          // [2][grid points][LF_AROUND_REACH]; sums are 1
 };
 
 #define LF_PIXEL_PLANES 31 // of all inputs, and what is kept beside them
@@ -101,6 +96,7 @@ struct lf_pixel_clues {
     NG_ARRAY(struct lf_grid_taps) grid_taps;                             // of each pixel
     NG_ARRAY(uint32_t) alone; // pixels that no neighbour on the grid speaks for
     struct lf_mirror reflections;
+    struct lf_around around;
     struct lf_net_values values;
     double ms[LF_ENCODE_STAGES];
 };
@@ -139,6 +135,7 @@ struct lf_light_clues {
     size_t pixel_count;         // of a plane of them
     struct lf_floats grid;      // sums of RSM texels at the grid
     struct lf_floats reflected; // what hits show of the light
+    struct lf_floats around;    // what rays over hemispheres show of it
     struct lf_net_values values;
     double ms[LF_ENCODE_STAGES];
 };
@@ -225,5 +222,14 @@ void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pix
 NG_NODISCARD ng_result lf_bounce_view(const struct lf_encode_scene *scene,
                                       const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
                                       float *const out[3]);
+// From the grid ([3][grid points]) to the pixels; those that no point speaks for get nothing.
+void lf_grid_spread(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                    const float *grid, float *const out[3]);
+
+// around.c: irradiance by rays over the hemisphere.
+NG_NODISCARD ng_result lf_around_cast(const struct lf_encode_scene *scene, struct lf_pixel_clues *out);
+NG_NODISCARD ng_result lf_around_light(const struct lf_encode_scene *scene,
+                                       const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
+                                       float *const out[3]);
 
 #endif

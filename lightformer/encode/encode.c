@@ -8,8 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const lf_encode_stage_names[LF_ENCODE_STAGES] = {
-    "pixels", "mirror", "texels", "occluders", "direct", "reach", "highlights", "bounce", "reflected"};
+const char *const lf_encode_stage_names[LF_ENCODE_STAGES] = {"pixels", "mirror",   "texels",     "occluders",
+                                                             "direct", "reach",    "highlights", "bounce",
+                                                             "around", "reflected"};
 
 // ---- objects ---------------------------------------------------------------------------------------------
 
@@ -34,6 +35,8 @@ void lf_pixel_clues_destroy(struct lf_pixel_clues **clues)
     ng_array_finish(&p->reflections.rays);
     ng_array_finish(&p->reflections.taps);
     ng_array_finish(&p->reflections.seen.list);
+    ng_array_finish(&p->around.ends);
+    ng_array_finish(&p->around.weights);
     free(p);
 }
 
@@ -57,6 +60,7 @@ void lf_light_clues_destroy(struct lf_light_clues **clues)
     ng_array_finish(&l->view.list);
     ng_array_finish(&l->grid.list);
     ng_array_finish(&l->reflected.list);
+    ng_array_finish(&l->around.list);
     free(l);
 }
 
@@ -180,6 +184,8 @@ ng_result lf_encode_pixels(const struct lf_encode_scene *scene, const struct lf_
     out->ms[LF_ENCODE_PIXELS] = lf_encode_lap(&begin);
     NG_TRY(lf_mirror_cast(scene, budget, out));
     out->ms[LF_ENCODE_MIRROR] = lf_encode_lap(&begin);
+    NG_TRY(lf_around_cast(scene, out));
+    out->ms[LF_ENCODE_AROUND] = lf_encode_lap(&begin);
     set_frame(lf_tracer_snapshot(scene->tracer), out);
     return NG_OK;
 }
@@ -272,8 +278,8 @@ ng_result lf_encode_light(const struct lf_encode_scene *scene, uint32_t light,
 
 struct view_planes {
     float *way[5]; // direction, distance, occluder
-    float *diffuse[3], *glossy[3], *bounce[3], *mirror[3], *mirror_bounce[3], *diffuse_reached[1],
-        *glossy_reached[1];
+    float *diffuse[3], *glossy[3], *bounce[3], *mirror[3], *mirror_bounce[3];
+    float *diffuse_reached[1], *glossy_reached[1], *gathered[3];
     float *rays[3]; // struct lf_block_rays
 };
 
@@ -303,19 +309,23 @@ static bool wants_mirror(const struct lf_encode_scene *s)
 static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, struct lf_light_clues *l,
                          struct view_planes *out)
 {
-    enum { PLANES = 25 };
+    enum { PLANES = 28 };
     struct lf_floats *memory = scene->view ? &scene->view->floats : &l->view;
     if (!ng_array_resize(&memory->list, PLANES * (count + LF_PLANE_GAP)))
         return ng_out_of_memory("the view of a light");
     l->pixel_count = count;
-    float *next = memory->list.items,
-          **planes[] = {out->way,    out->diffuse,       out->glossy,          out->bounce,
-                        out->mirror, out->mirror_bounce, out->diffuse_reached, out->glossy_reached,
-                        out->rays};
-    static const int channels[] = {5, 3, 3, 3, 3, 3, 1, 1, 3};
-    for (size_t i = 0; i < NG_COUNT(planes); i++, next += LF_PLANE_GAP)
-        for (int c = 0; c < channels[i]; c++, next += count)
-            planes[i][c] = next;
+    float *next = memory->list.items;
+    const struct {
+        float **planes;
+        int channels;
+    } parts[] = {
+        {out->way, 5},    {out->diffuse, 3},       {out->glossy, 3},          {out->bounce, 3},
+        {out->mirror, 3}, {out->mirror_bounce, 3}, {out->diffuse_reached, 1}, {out->glossy_reached, 1},
+        {out->rays, 3},   {out->gathered, 3},
+    };
+    for (size_t i = 0; i < NG_COUNT(parts); i++, next += LF_PLANE_GAP)
+        for (int c = 0; c < parts[i].channels; c++, next += count)
+            parts[i].planes[c] = next;
     const struct {
         enum lf_net_input input;
         const float *plane;
@@ -329,6 +339,7 @@ static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, stru
         {LF_INPUT_VIEW_MIRROR, out->mirror[0]},
         {LF_INPUT_VIEW_MIRROR_BOUNCE, out->mirror_bounce[0]},
         {LF_INPUT_VIEW_GLOSSY_REACHED, out->glossy_reached[0]},
+        {LF_INPUT_VIEW_GATHERED, out->gathered[0]},
         {LF_INPUT_VIEW_DIFFUSE_REACHED, out->diffuse_reached[0]},
     };
     for (size_t i = 0; i < NG_COUNT(inputs); i++)
@@ -359,6 +370,9 @@ ng_result lf_encode_view(const struct lf_encode_scene *scene, const struct lf_pi
     if (lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE))
         NG_TRY(lf_bounce_view(scene, pixels, light, planes.bounce));
     light->ms[LF_ENCODE_BOUNCE] = lf_encode_lap(&begin);
+    if (lf_encode_wants(scene, LF_INPUT_VIEW_GATHERED))
+        NG_TRY(lf_around_light(scene, pixels, light, planes.gathered));
+    light->ms[LF_ENCODE_AROUND] = lf_encode_lap(&begin);
     if (wants_mirror(scene))
         NG_TRY(lf_mirror_light(scene, pixels, light, planes.mirror, planes.mirror_bounce));
     light->ms[LF_ENCODE_REFLECTED] = lf_encode_lap(&begin);

@@ -117,6 +117,7 @@ enum lf_encode_stage {
     LF_ENCODE_REACH,      // how much of the light reaches pixels
     LF_ENCODE_HIGHLIGHTS, // whether highlights are in shadow
     LF_ENCODE_BOUNCE,     // light of RSM texels
+    LF_ENCODE_AROUND,     // rays over hemispheres, and what they see
     LF_ENCODE_REFLECTED,  // light where mirror rays end, and its blur
     LF_ENCODE_STAGES
 };

@@ -7,16 +7,11 @@
 
 #include <string.h>
 
-#define TRIES           4 // direct VPLs that may be hidden by the surface itself
-#define SHADOW_REACH    0.999f
-#define LEAST_ROUGHNESS 0.7f // of what is seen in a mirror: sharper highlights there would alias
-#define CHANNELS        8    // of what a hit shows, room included: loops of a fixed, round number vectorize
-#define PIXEL_CHANNELS  7    // nearness, albedo + F0, emission
-#define LIGHT_CHANNELS  6    // direct light, bounce * (albedo + F0)
-#define LEAST_PART      1e-3f
-#define TAPS            (LF_BLOCK_REACH * LF_BLOCK_REACH)
-#define WHOLE           65535.0f // sum of a pixel's weights
-#define PLANE_GRAIN     0.05f
+#define PIXEL_CHANNELS 7 // nearness, albedo + F0, emission
+#define LEAST_PART     1e-3f
+#define TAPS           (LF_BLOCK_REACH * LF_BLOCK_REACH)
+#define WHOLE          65535.0f // sum of a pixel's weights
+#define PLANE_GRAIN    0.05f
 
 struct cast {
     const struct lf_encode_scene *scene;
@@ -63,8 +58,8 @@ static ng_result choose_pixels(enum lf_mirror_kind kind, uint32_t budget, struct
         l->hit_at.items[i] = 0;
         if (kind_of(p, pixel) != kind)
             continue;
-        m->hits.items[m->hits.count++] = (struct lf_mirror_hit){
-            .pixel = (uint32_t)pixel, .block = lf_block_place((uint32_t)x, (uint32_t)y)};
+        m->hits.items[m->hits.count++] =
+            (struct lf_ray_end){.pixel = (uint32_t)pixel, .block = lf_block_place((uint32_t)x, (uint32_t)y)};
         l->hit_at.items[i] = (uint32_t)m->hits.count;
     }
     return NG_OK;
@@ -92,8 +87,7 @@ static float density_of(const struct lf_lobe *at, const float direction[3])
 // Where the direction would lead into the surface, the mirrored one; about the geometric normal if that does,
 // too.
 // `part`: of the lobe, from its middle.
-static void choose_direction(const struct lf_lobe *at, const float u[3], float part,
-                             struct lf_mirror_hit *out)
+static void choose_direction(const struct lf_lobe *at, const float u[3], float part, struct lf_ray_end *out)
 {
     lf_lobe_direction(at, (const float[3]){u[0], u[1], u[2] * part}, out->direction);
     for (int i = 0; i < 2 && !(lf_dot(out->direction, at->flat) > 0); i++)
@@ -101,42 +95,9 @@ static void choose_direction(const struct lf_lobe *at, const float u[3], float p
     out->density = density_of(at, out->direction) / part;
 }
 
-static void set_surface(const struct lf_pixel_clues *p, const struct lf_surface *s, struct lf_mirror_hit *out)
-{
-    lf_to_scene(&p->space, s->position, out->position);
-    memcpy(out->normal, s->normal, sizeof out->normal);
-    memcpy(out->flat, s->flat_normal, sizeof out->flat);
-    lf_scale(out->direction, -1, out->view);
-    out->roughness = fmaxf(s->roughness, fmaxf(p->roughness[out->pixel], LEAST_ROUGHNESS));
-    for (int c = 0; c < 3 && !lf_surface_is_black(s); c++) {
-        out->albedo[c] = lf_finite(s->albedo[c]);
-        out->f0[c] = lf_finite(s->f0[c]);
-        out->emission[c] = lf_finite(s->emission[c]);
-    }
-}
-
-static void cast_ray(const struct cast *cast, const float position[3], const float flat[3],
-                     struct lf_mirror_hit *hit)
-{
-    const struct lf_pixel_clues *p = cast->pixels;
-    struct lf_ray ray = {.near = 0, .far = INFINITY};
-    struct lf_hit met;
-    struct lf_surface surface;
-    float world[3];
-    lf_to_world(&p->space, position, world);
-    memcpy(ray.direction, hit->direction, sizeof ray.direction);
-    lf_trace_origin(cast->scene->tracer, world, flat, ray.direction, ray.origin);
-    hit->met = lf_trace_closest(cast->scene->tracer, &ray, LF_RAY_ALL, &met);
-    if (!hit->met)
-        return;
-    lf_surface_at(cast->scene->tracer, &met, &surface);
-    hit->distance = met.distance / p->space.radius;
-    set_surface(p, &surface, hit);
-}
-
 // Neighbours of a mirror see neighbouring things already: no wider than that, or the picture in it would
 // swim.
-static float part_of_lobe(const struct cast *cast, const struct lf_mirror_hit *hit, float roughness)
+static float part_of_lobe(const struct cast *cast, const struct lf_ray_end *hit, float roughness)
 {
     const struct lf_mirror *m = &cast->pixels->reflections;
     float spacing = (float)m->lattices[kind_of(cast->pixels, hit->pixel)].spacing;
@@ -150,7 +111,7 @@ static void cast_from_pixels(void *user, uint32_t begin, uint32_t end, uint32_t 
     const struct cast *cast = user;
     const struct lf_pixel_clues *p = cast->pixels;
     for (uint32_t i = begin; i < end; i++) {
-        struct lf_mirror_hit *hit = &p->reflections.hits.items[i];
+        struct lf_ray_end *hit = &p->reflections.hits.items[i];
         struct lf_lobe lobe;
         float position[3];
         for (int c = 0; c < 3; c++)
@@ -158,7 +119,7 @@ static void cast_from_pixels(void *user, uint32_t begin, uint32_t end, uint32_t 
         lf_pixel_lobe(p, hit->pixel, &lobe);
         choose_direction(&lobe, lf_lobe_samples[lf_block_order[hit->block]],
                          part_of_lobe(cast, hit, lobe.roughness), hit);
-        cast_ray(cast, position, lobe.flat, hit);
+        lf_ray_cast(cast->scene, &p->space, position, lobe.flat, lobe.roughness, hit);
         struct lf_mirror_ray *ray = &p->reflections.rays.items[i];
         *ray = (struct lf_mirror_ray){.density = hit->density, .met = hit->met};
         memcpy(ray->from, position, sizeof ray->from);
@@ -168,21 +129,16 @@ static void cast_from_pixels(void *user, uint32_t begin, uint32_t end, uint32_t 
 }
 
 // What a metal shows is mostly something else.
-static bool goes_on(const struct lf_mirror_hit *hit)
-{
-    return hit->met && lf_max3(hit->f0) > LF_METAL;
-}
-
 static ng_result go_on(struct lf_mirror *m)
 {
     if (!ng_array_reserve(&m->hits, 2 * m->hits.count))
         return ng_out_of_memory("the reflections of a picture");
     m->first = (uint32_t)m->hits.count;
     for (uint32_t i = 0; i < m->first; i++) {
-        const struct lf_mirror_hit *hit = &m->hits.items[i];
-        if (goes_on(hit))
+        const struct lf_ray_end *hit = &m->hits.items[i];
+        if (lf_ray_goes_on(hit))
             m->hits.items[m->hits.count++] =
-                (struct lf_mirror_hit){.pixel = hit->pixel, .block = hit->block, .through = i + 1};
+                (struct lf_ray_end){.pixel = hit->pixel, .block = hit->block, .through = i + 1};
     }
     return NG_OK;
 }
@@ -193,12 +149,12 @@ static void cast_from_hits(void *user, uint32_t begin, uint32_t end, uint32_t wo
     const struct cast *cast = user;
     struct lf_mirror *m = &cast->pixels->reflections;
     for (uint32_t i = m->first + begin; i < m->first + end; i++) {
-        struct lf_mirror_hit *hit = &m->hits.items[i];
-        const struct lf_mirror_hit *from = &m->hits.items[hit->through - 1];
+        struct lf_ray_end *hit = &m->hits.items[i];
+        const struct lf_ray_end *from = &m->hits.items[hit->through - 1];
         mirror(from->view, from->normal, hit->direction);
         if (!(lf_dot(hit->direction, from->flat) > 0))
             mirror(from->view, from->flat, hit->direction);
-        cast_ray(cast, from->position, from->flat, hit);
+        lf_ray_cast(cast->scene, &cast->pixels->space, from->position, from->flat, from->roughness, hit);
     }
 }
 
@@ -293,15 +249,15 @@ static ng_result connect(const struct cast *cast)
     return NG_OK;
 }
 
-// `seen`: [hits][CHANNELS]. Adds what is seen through a metal to what the metal shows.
+// `seen`: [hits][LF_END_CHANNELS]. Adds what is seen through a metal to what the metal shows.
 static void add_reflections(const struct lf_mirror *m, uint32_t from, uint32_t channels, float *seen)
 {
     for (size_t i = m->first; i < m->hits.count; i++) {
-        const struct lf_mirror_hit *hit = &m->hits.items[i], *metal = &m->hits.items[hit->through - 1];
-        float *to = seen + (size_t)(hit->through - 1) * CHANNELS;
+        const struct lf_ray_end *hit = &m->hits.items[i], *metal = &m->hits.items[hit->through - 1];
+        float *to = seen + (size_t)(hit->through - 1) * LF_END_CHANNELS;
         float cosine = fmaxf(lf_dot(metal->normal, metal->view), 0);
         for (uint32_t c = from; c < channels; c++)
-            to[c] += ng_brdf_f(cosine, metal->f0[(c - from) % 3]) * seen[i * CHANNELS + c];
+            to[c] += ng_brdf_f(cosine, metal->f0[(c - from) % 3]) * seen[i * LF_END_CHANNELS + c];
     }
 }
 
@@ -319,12 +275,12 @@ static void spread_taps(void *user, uint32_t begin, uint32_t end, uint32_t worke
     for (uint32_t i = begin; i < end; i++) {
         const struct lf_mirror_taps *t = &s->pixels->reflections.taps.items[i];
         struct block b = block_of(s->pixels, t->pixel);
-        float sum[CHANNELS] = {0};
+        float sum[LF_END_CHANNELS] = {0};
         for (uint32_t k = 0; k < TAPS; k++) {
             if (!t->weight[k])
                 continue;
-            const float *seen = s->from + (size_t)(hit_of(&b, k) - 1) * CHANNELS;
-            for (size_t c = 0; c < CHANNELS; c++)
+            const float *seen = s->from + (size_t)(hit_of(&b, k) - 1) * LF_END_CHANNELS;
+            for (size_t c = 0; c < LF_END_CHANNELS; c++)
                 sum[c] += (float)t->weight[k] * seen[c];
         }
         for (uint32_t c = 0; c < s->channels; c++)
@@ -365,11 +321,11 @@ static bool wants_any(const struct lf_encode_scene *s)
 static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
 {
     struct lf_mirror *m = &p->reflections;
-    if (!ng_array_resize(&m->seen.list, CHANNELS * m->hits.count))
+    if (!ng_array_resize(&m->seen.list, LF_END_CHANNELS * m->hits.count))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0; i < m->hits.count; i++) {
-        const struct lf_mirror_hit *hit = &m->hits.items[i];
-        float *seen = m->seen.list.items + i * CHANNELS;
+        const struct lf_ray_end *hit = &m->hits.items[i];
+        float *seen = m->seen.list.items + i * LF_END_CHANNELS;
         seen[0] = hit->met ? 1 / (1 + hit->distance) : 0;
         lf_mad(hit->albedo, hit->f0, 1, seen + 1);
         memcpy(seen + 4, hit->emission, sizeof hit->emission);
@@ -410,92 +366,18 @@ ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget, s
 
 // ---- lights ----------------------------------------------------------------------------------------------
 
-struct lighting {
-    const struct lf_encode_scene *scene;
-    const struct lf_mirror *mirror;
-    const struct lf_light_clues *light;
-    float *out; // [hits][CHANNELS]
-};
-
-static void set_lane(const struct lf_mirror_hit *hit, int lane, struct lf_points *out)
-{
-    for (int c = 0; c < 3; c++) {
-        out->position[c][lane] = hit->position[c];
-        out->normal[c][lane] = hit->normal[c];
-        out->flat[c][lane] = hit->flat[c];
-        out->view[c][lane] = hit->view[c];
-        out->albedo[c][lane] = hit->albedo[c];
-        out->f0[c][lane] = hit->f0[c];
-    }
-    out->roughness[lane] = hit->roughness;
-}
-
-// Whether the light reaches a hit: by a ray to one of its direct VPLs, another one for each hit of a block.
-static bool is_reached(const struct lighting *l, const struct lf_mirror_hit *hit)
-{
-    const struct lf_light_clues *light = l->light;
-    uint32_t count = light->vpl_count < LF_BLOCK * LF_BLOCK ? light->vpl_count : LF_BLOCK * LF_BLOCK;
-    float position[3];
-    lf_to_world(&light->space, hit->position, position);
-    for (uint32_t i = 0; i < TRIES; i++) {
-        const struct ng_light_sample *vpl = &light->vpls.items[(hit->block + i) % count];
-        struct ng_light_incident in;
-        struct lf_ray ray = {.near = 0};
-        ng_light_incident_at(&light->unit, vpl, position, &in);
-        float weight = ng_light_mean(in.irradiance) * lf_dot(hit->normal, in.direction);
-        if (!(weight > 0) || !(lf_dot(hit->flat, in.direction) > 0))
-            continue;
-        lf_trace_origin(l->scene->tracer, position, hit->flat, in.direction, ray.origin);
-        memcpy(ray.direction, in.direction, sizeof ray.direction);
-        ray.far = in.distance * SHADOW_REACH;
-        return !lf_trace_occluded(l->scene->tracer, &ray);
-    }
-    return false;
-}
-
-static void light_lanes(const struct lighting *l, size_t first)
-{
-    size_t left = l->mirror->hits.count - first, count = left < LF_LANES ? left : LF_LANES;
-    const struct lf_mirror_hit *hits = l->mirror->hits.items + first;
-    struct lf_points points;
-    struct lf_lit lit;
-    float bounce[3][LF_LANES];
-    for (size_t i = 0; i < LF_LANES; i++)
-        set_lane(&hits[i < count ? i : 0], (int)i, &points);
-    lf_direct_at(l->scene, l->light, &points, (uint32_t)count, false, &lit);
-    lf_kernels_of(0)->bounce(l->light->sources.items, (uint32_t)l->light->sources.count, &points, bounce);
-    for (size_t i = 0; i < count; i++) {
-        float *out = l->out + (first + i) * CHANNELS, lit_sum = 0;
-        float f0 = first + i < l->mirror->first && goes_on(&hits[i]) ? 0 : 1; // has it a ray to see that?
-        for (int c = 0; c < 3; c++) {
-            out[c] = hits[i].met ? lf_finite(lit.diffuse[c][i] + lit.glossy[c][i]) : 0;
-            out[3 + c] = hits[i].met ? lf_finite(bounce[c][i] * (hits[i].albedo[c] + f0 * hits[i].f0[c])) : 0;
-            lit_sum += out[c];
-        }
-        if (!(lit_sum > 0) || !is_reached(l, &hits[i]))
-            lf_scale(out, 0, out);
-    }
-}
-
-static void light_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker)
-{
-    NG_UNUSED(worker);
-    for (size_t block = begin; block < end; block++)
-        light_lanes(user, block * LF_LANES);
-}
-
 ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                           struct lf_light_clues *light, float *const direct[3], float *const bounce[3])
 {
     const struct lf_mirror *m = &pixels->reflections;
-    if (!ng_array_resize(&light->reflected.list, CHANNELS * m->hits.count))
+    if (!ng_array_resize(&light->reflected.list, LF_END_CHANNELS * m->hits.count))
         return ng_out_of_memory("the view of a light");
-    struct lighting l = {.scene = scene, .mirror = m, .light = light, .out = light->reflected.list.items};
-    ng_jobs_for(scene->jobs, (uint32_t)((m->hits.count + LF_LANES - 1) / LF_LANES), 4, light_hits, &l);
-    add_reflections(m, 0, LIGHT_CHANNELS, light->reflected.list.items);
+    lf_rays_light(scene, light, m->hits.items, (uint32_t)m->hits.count, m->first,
+                  light->reflected.list.items);
+    add_reflections(m, 0, LF_END_USED, light->reflected.list.items);
     struct spreading s = {.pixels = pixels,
                           .from = light->reflected.list.items,
-                          .channels = LIGHT_CHANNELS,
+                          .channels = LF_END_USED,
                           .planes = {direct[0], direct[1], direct[2], bounce[0], bounce[1], bounce[2]}};
     spread(scene, &s);
     return NG_OK;

@@ -241,5 +241,7 @@ ng_result lf_pixels_read(const struct lf_encode_scene *scene, const struct lf_en
     NG_TRY(lay_out(out));
     ng_jobs_for(scene->jobs, (uint32_t)(((size_t)out->width * out->height + RUN - 1) / RUN), 16, read_runs,
                 &reading);
-    return lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE) ? connect_to_grid(scene, out) : NG_OK;
+    bool gridded =
+        lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE) || lf_encode_wants(scene, LF_INPUT_VIEW_GATHERED);
+    return gridded ? connect_to_grid(scene, out) : NG_OK;
 }

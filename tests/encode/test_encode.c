@@ -450,6 +450,49 @@ static void metals_show_what_surrounds_them(void **state)
     scene_close(&s);
 }
 
+// A table keeps off the floor what lit walls reflect: rays over the hemisphere know, light of RSM texels does
+// not.
+static void what_stands_in_the_way_counts(void **state)
+{
+    NG_UNUSED(state);
+    enum { SIZE = 96 };
+    struct scene s;
+    struct picture p = {0};
+    scene_open(&s, 2);
+    ng_entity rough = scene_material(&s, grey, 0, 1);
+    scene_quad(&s, (const float[3]){-2, -1, 2}, (const float[3]){4, 0, 0}, (const float[3]){0, 0, -4}, rough);
+    scene_quad(&s, (const float[3]){-2, -1, -2}, (const float[3]){4, 0, 0}, (const float[3]){0, 3, 0}, rough);
+    scene_quad(&s, (const float[3]){-2, -1, 2}, (const float[3]){0, 0, -4}, (const float[3]){0, 3, 0}, rough);
+    scene_quad(&s, (const float[3]){2, -1, -2}, (const float[3]){0, 0, 4}, (const float[3]){0, 3, 0}, rough);
+    scene_quad(&s, (const float[3]){-1, -0.5f, 0}, (const float[3]){2, 0, 0}, (const float[3]){0, 0, -1.8f},
+               rough);
+    scene_quad(&s, (const float[3]){-1, -0.5f, 0}, (const float[3]){0, 0, -1.8f}, (const float[3]){2, 0, 0},
+               rough);
+    add_point(&s, 2, (const float[3]){0, 1.5f, 0});
+    scene_frame(&s, 0);
+    picture_encode(&p, &s, SIZE, SIZE);
+    struct lf_reference *r = scene_render(
+        &s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 4, .jobs = s.jobs}, 100);
+    float *truth = scene_layer(r, "indirect"),
+          unit = *lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE];
+    double expected = 0, rays = 0, texels = 0;
+    for (size_t i = 0; i < SIZE * SIZE; i++) {
+        const float *at = p.position + 4 * i;
+        if (!(at[3] > 0) || at[1] > -0.99f || fabsf(at[0]) > 0.8f || at[2] > -0.2f || at[2] < -1.6f)
+            continue;
+        expected += (double)truth[3 * i] / 0.48; // what Fresnel leaves of the albedo
+        rays += (double)(picture_view(&p, 0, LF_INPUT_VIEW_GATHERED, 0)[i] * unit);
+        texels += (double)(picture_view(&p, 0, LF_INPUT_VIEW_BOUNCE, 0)[i] * unit);
+    }
+    print_message("of the indirect light: rays %.2f, texels %.2f\n", rays / expected, texels / expected);
+    assert_true(expected > 0 && texels > 1.5 * expected); // so that there is something in the way
+    assert_true(fabs(rays - expected) < 0.5 * fabs(texels - expected));
+    free(truth);
+    lf_reference_destroy(&r);
+    picture_close(&p);
+    scene_close(&s);
+}
+
 // ---- what must not matter --------------------------------------------------------------------------------
 
 static uint64_t room_hash(uint32_t threads)
@@ -657,13 +700,21 @@ static void bad_numbers_end_at_the_door(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(occluders_are_where_they_are), cmocka_unit_test(parallel_light_begins_at_the_sphere),
-        cmocka_unit_test(a_hollow_ball_is_lit_evenly),  cmocka_unit_test(spreading_is_close_to_summing),
-        cmocka_unit_test(penumbrae_are_soft),           cmocka_unit_test(metals_show_what_surrounds_them),
-        cmocka_unit_test(mirrors_show_what_is_lit),     cmocka_unit_test(what_mirrors_show_is_shadowed),
-        cmocka_unit_test(highlights_are_shadowed),      cmocka_unit_test(threads_do_not_matter),
-        cmocka_unit_test(power_does_not_matter),        cmocka_unit_test(size_does_not_matter),
-        cmocka_unit_test(unread_inputs_are_left_out),   cmocka_unit_test(odd_pictures),
+        cmocka_unit_test(occluders_are_where_they_are),
+        cmocka_unit_test(parallel_light_begins_at_the_sphere),
+        cmocka_unit_test(a_hollow_ball_is_lit_evenly),
+        cmocka_unit_test(spreading_is_close_to_summing),
+        cmocka_unit_test(what_stands_in_the_way_counts),
+        cmocka_unit_test(penumbrae_are_soft),
+        cmocka_unit_test(metals_show_what_surrounds_them),
+        cmocka_unit_test(mirrors_show_what_is_lit),
+        cmocka_unit_test(what_mirrors_show_is_shadowed),
+        cmocka_unit_test(highlights_are_shadowed),
+        cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(power_does_not_matter),
+        cmocka_unit_test(size_does_not_matter),
+        cmocka_unit_test(unread_inputs_are_left_out),
+        cmocka_unit_test(odd_pictures),
         cmocka_unit_test(bad_numbers_end_at_the_door),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -8,7 +8,7 @@ Of each light k (unit power; shares weigh the sums over lights, so that all is l
     transfer     z_i = mean of an MLP over the texels of the RSM; each pixel's gates (half resolution) weigh it:
                  sum s_k g_k z_i,k
     indirect     a U-Net in screen space on geometry, transfer, direct light and clues, then a decoder at full
-                 resolution: albedo * (factor * bounce + residue)
+                 resolution: albedo * (factor * bounce + factor * gathered + residue)
                  + (F0 + b) * (radiance + factor * bounce + gated mirror clue)
 
 Nothing is absolute: lengths are in units of the scene and positions relative to light or eye, so moving or scaling the
@@ -32,6 +32,7 @@ PARTS = {
     "decomposition": "visibility of each light (without: one ratio decoded from the sum)",
     "direct-clue": "unshadowed direct light in closed form (without: predicted)",
     "bounce": "unshadowed light of the RSM's texels",
+    "gathered": "rays over the hemisphere",
     "mirror": "what the mirror ray meets",
     "visibility-unet": "neighbours in the visibility (without: each pixel alone)",
     "screen-unet": "neighbours in the indirect light (without: each pixel alone)",
@@ -211,9 +212,15 @@ def _indirect(
 ) -> str:
     """T_i in units of frame.radiance."""
     radiances = [direct]
+    arriving = []  # diffuse clues; outputs of the decoder that weigh them; factors to begin with, as softplus has them
     if "bounce" not in without:
         bounce = b.apply("sum", "view.bounce", "light.share")
         radiances.append(bounce)
+        arriving.append((bounce, 0, -0.8 if "gathered" not in without else 1.2))
+    if "gathered" not in without:
+        gathered = b.apply("sum", "view.gathered", "light.share")
+        radiances.append(gathered)
+        arriving.append((gathered, 12, 0.3))
     if "mirror" not in without:
         mirror = _mirrored(b)
         radiances.append(mirror)
@@ -236,15 +243,15 @@ def _indirect(
     if "mirror" not in without:
         surface.append("pixel.mirror")
     decoded = b.mlp("decoder", [features, *surface], [widths.decoder] * 2)
-    raw = b.linear("decoded", [decoded], 12, act="none")
+    raw = b.linear("decoded", [decoded], 15, act="none")
 
     def part(first: int, last: int) -> str:
         return b.apply("slice", raw, **{"from": first, "to": last})
 
-    residue = b.affine(b.apply("softplus", b.affine(part(3, 6), 1.0, -2.0)), UNIT)
-    diffuse = residue
-    if "bounce" not in without:
-        diffuse = b.apply("add", b.apply("mul", bounce, b.apply("softplus", b.affine(part(0, 3), 1.0, 1.2))), residue)
+    diffuse = b.affine(b.apply("softplus", b.affine(part(3, 6), 1.0, -2.0)), UNIT)
+    for light, first, bias in arriving:
+        factor = b.apply("softplus", b.affine(part(first, first + 3), 1.0, bias))
+        diffuse = b.apply("add", b.apply("mul", light, factor), diffuse)
     if "albedo" not in without:
         diffuse = b.apply("mul", diffuse, "pixel.diffuse")
     radiance = b.affine(b.apply("softplus", part(6, 9)), UNIT)

@@ -1,0 +1,186 @@
+// Indirect light by rays over the hemisphere: one for each point of the grid, in one of 64 directions by its
+// place in blocks of 8 x 8 points, lit where it ends. Each point takes the mean of a block around it, over
+// surfaces like its own, along rows and then along columns. Coarse, but it knows what stands in the way,
+// which light of RSM texels (bounce.c) does not.
+#include "lightformer/encode/clues_internal.h"
+
+#include <string.h>
+
+#define SIDE   8 // points of a block each way
+#define RAYS   2 // of a point
+#define GOLDEN 2.39996323f
+
+struct job {
+    const struct lf_encode_scene *scene;
+    struct lf_pixel_clues *pixels;
+    const float *from; // [grid points][LF_END_CHANNELS]
+    float *to;         // [3][grid points]
+    uint32_t pass;
+};
+
+static size_t pixel_of(const struct lf_pixel_clues *p, uint32_t x, uint32_t y)
+{
+    return (size_t)y * LF_BOUNCE_STEP * p->width + (size_t)x * LF_BOUNCE_STEP;
+}
+
+// ---- rays ------------------------------------------------------------------------------------------------
+
+// Cosine-weighted. Any 4 x 4 points of a block are as far apart as its 8 x 8.
+static void choose_direction(const struct lf_lobe *at, uint32_t x, uint32_t y, uint32_t ray, float out[3])
+{
+    static const uint32_t quarter[4] = {0, 2, 3, 1};
+    uint32_t place =
+        4 * lf_block_order[lf_block_place(x, y)] + quarter[y / LF_BLOCK % 2 * 2 + x / LF_BLOCK % 2];
+    float number = (float)(place * RAYS + ray), angle = GOLDEN * number;
+    struct ng_local_direction l =
+        ng_brdf_cosine(cosf(angle), sinf(angle), (number + 0.5f) / (SIDE * SIDE * RAYS));
+    lf_lobe_to_world(at->normal, &l, out);
+}
+
+static void cast_at(const struct job *job, uint32_t x, uint32_t y, uint32_t ray)
+{
+    struct lf_pixel_clues *p = job->pixels;
+    size_t points = (size_t)p->grid_width * p->grid_height, pixel = pixel_of(p, x, y);
+    struct lf_ray_end *end = &p->around.ends.items[ray * points + (size_t)y * p->grid_width + x];
+    struct lf_lobe lobe;
+    float position[3];
+    *end = (struct lf_ray_end){.pixel = (uint32_t)pixel, .block = lf_block_place(x, y)};
+    if (!(p->mask[pixel] > 0))
+        return;
+    for (int c = 0; c < 3; c++)
+        position[c] = p->position[c][pixel];
+    lf_pixel_lobe(p, pixel, &lobe);
+    choose_direction(&lobe, x, y, ray, end->direction);
+    if (lf_dot(end->direction, lobe.flat) > 0)
+        lf_ray_cast(job->scene, &p->space, position, lobe.flat, 1, end);
+}
+
+static void cast_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct job *job = user;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < job->pixels->grid_width; x++)
+            for (uint32_t ray = 0; ray < RAYS; ray++)
+                cast_at(job, x, y, ray);
+}
+
+// ---- neighbours ------------------------------------------------------------------------------------------
+
+// Place `k` of the row (pass 0) or column around a point. False if it is outside.
+static bool neighbour(const struct lf_pixel_clues *p, uint32_t pass, uint32_t x, uint32_t y, uint32_t k,
+                      size_t *out)
+{
+    uint32_t column = x + (pass ? 0 : k - SIDE / 2), row = y + (pass ? k - SIDE / 2 : 0); // wraps at the edge
+    *out = (size_t)row * p->grid_width + column;
+    return column < p->grid_width && row < p->grid_height;
+}
+
+static void weigh(struct lf_pixel_clues *p, uint32_t pass, uint32_t x, uint32_t y)
+{
+    size_t points = (size_t)p->grid_width * p->grid_height, at = (size_t)y * p->grid_width + x, other;
+    float *weight = p->around.weights.items + (pass * points + at) * LF_AROUND_REACH, sum = 0;
+    for (uint32_t k = 0; k < LF_AROUND_REACH; k++) {
+        weight[k] = 0;
+        if (!neighbour(p, pass, x, y, k, &other))
+            continue;
+        size_t pixel = p->around.ends.items[other].pixel;
+        weight[k] = (k % SIDE ? 1 : 0.5f) * lf_pixel_likeness(p, p->around.ends.items[at].pixel, pixel);
+        sum += weight[k];
+    }
+    for (uint32_t k = 0; k < LF_AROUND_REACH; k++)
+        weight[k] = sum > 0 ? weight[k] / sum : 0;
+}
+
+static void weigh_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct job *job = user;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < job->pixels->grid_width; x++)
+            for (uint32_t pass = 0; pass < 2; pass++)
+                weigh(job->pixels, pass, x, y);
+}
+
+ng_result lf_around_cast(const struct lf_encode_scene *scene, struct lf_pixel_clues *out)
+{
+    struct job job = {.scene = scene, .pixels = out};
+    size_t points = (size_t)out->grid_width * out->grid_height;
+    if (!lf_encode_wants(scene, LF_INPUT_VIEW_GATHERED))
+        return NG_OK;
+    if (!ng_array_resize(&out->around.ends, RAYS * points) ||
+        !ng_array_resize(&out->around.weights, 2 * LF_AROUND_REACH * points))
+        return ng_out_of_memory("the surroundings of a picture");
+    ng_jobs_for(scene->jobs, out->grid_height, 1, cast_rows, &job);
+    ng_jobs_for(scene->jobs, out->grid_height, 1, weigh_rows, &job);
+    return NG_OK;
+}
+
+// ---- lights ----------------------------------------------------------------------------------------------
+
+static void average_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct job *job = user;
+    const struct lf_pixel_clues *p = job->pixels;
+    size_t points = (size_t)p->grid_width * p->grid_height;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < p->grid_width; x++) {
+            size_t at = (size_t)y * p->grid_width + x, other;
+            const float *weight = p->around.weights.items + (job->pass * points + at) * LF_AROUND_REACH;
+            float sum[3] = {0};
+            for (uint32_t k = 0; k < LF_AROUND_REACH; k++)
+                if (neighbour(p, job->pass, x, y, k, &other))
+                    for (size_t c = 0; c < 3; c++)
+                        sum[c] += weight[k] * job->from[c * points + other];
+            for (size_t c = 0; c < 3; c++)
+                job->to[c * points + at] = sum[c];
+        }
+}
+
+// Direct light and bounce, the mean of the rays of each point.
+static void add_channels(const float *ends, size_t points, float *out)
+{
+    for (size_t i = 0; i < points; i++)
+        for (size_t c = 0; c < 3; c++) {
+            float sum = 0;
+            for (size_t ray = 0; ray < RAYS; ray++) {
+                const float *seen = ends + (ray * points + i) * LF_END_CHANNELS;
+                sum += seen[c] + seen[3 + c];
+            }
+            out[c * points + i] = sum / RAYS;
+        }
+}
+
+// Pixels that no point of the grid speaks for take the nearest.
+static void fill_alone(const struct lf_pixel_clues *p, const float *grid, float *const out[3])
+{
+    size_t points = (size_t)p->grid_width * p->grid_height;
+    for (size_t i = 0; i < p->alone.count; i++) {
+        size_t pixel = p->alone.items[i];
+        size_t x = pixel % p->width / LF_BOUNCE_STEP, y = pixel / p->width / LF_BOUNCE_STEP;
+        for (size_t c = 0; c < 3; c++)
+            out[c][pixel] = grid[c * points + y * p->grid_width + x];
+    }
+}
+
+ng_result lf_around_light(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                          struct lf_light_clues *light, float *const out[3])
+{
+    size_t points = (size_t)pixels->grid_width * pixels->grid_height;
+    if (!ng_array_resize(&light->around.list, (RAYS * LF_END_CHANNELS + 6) * points))
+        return ng_out_of_memory("the view of a light");
+    float *seen = light->around.list.items, *first = seen + RAYS * LF_END_CHANNELS * points,
+          *second = first + 3 * points;
+    lf_rays_light(scene, light, pixels->around.ends.items, (uint32_t)(RAYS * points), 0, seen);
+    add_channels(seen, points, first);
+    struct job rows = {
+        .scene = scene, .pixels = (struct lf_pixel_clues *)pixels, .from = first, .to = second};
+    struct job columns = {
+        .scene = scene, .pixels = (struct lf_pixel_clues *)pixels, .from = second, .to = first, .pass = 1};
+    ng_jobs_for(scene->jobs, pixels->grid_height, 8, average_rows, &rows);
+    ng_jobs_for(scene->jobs, pixels->grid_height, 8, average_rows, &columns);
+    lf_grid_spread(scene, pixels, first, out);
+    fill_alone(pixels, first, out);
+    return NG_OK;
+}
