@@ -21,12 +21,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Floats a pixel that do not depend on the network. Of the device: G-buffer, images of radiance, what is
-// composed of them, and their copies, 74. Of the screen: planes, the grid and the mirror, 52. Clues of one
-// light 21, radiance as the network writes it 9; some to spare.
-#define FLOATS_A_PIXEL           160
-// Of each light besides what the gather reads: what mirrors show of it, the grid.
-#define FLOATS_A_PIXEL_AND_LIGHT 2
+// Floats a pixel that do not depend on the network, at most. Of the device: G-buffer, images of radiance,
+// what is composed of them, and their copies, 74. Of the screen: planes 31, the grid 5, reflections of a
+// picture full of metal that shows metal 37, hemispheres 6. Clues of one light 28, radiance as the network
+// writes it 9; some to spare.
+#define FLOATS_A_PIXEL           195
+// Of each light besides what the gather reads: what rays show of it, the grid.
+#define FLOATS_A_PIXEL_AND_LIGHT 6
 
 const struct ng_item_type lf_screen_item = {"screen", sizeof(struct lf_screen)};
 const struct ng_item_type lf_embedding_item = {"embedding", sizeof(struct lf_embedding)};
