@@ -229,8 +229,15 @@ static bool report_progress(struct run *run, uint32_t samples)
 static bool read_targets(const struct run *run, const struct lf_shard *shard, struct lf_tensors *out)
 {
     const struct lf_shard *listed = lf_manifest_find(&run->targets, shard);
+    const char *wrong = NULL;
+    char path[4096];
     *out = (struct lf_tensors){0};
-    return listed && lf_shard_read(run->p.targets, &run->targets.settings, listed, out) == NG_OK;
+    if (!listed || !lf_shard_path(run->p.targets, listed, path, sizeof path))
+        return false;
+    if (lf_shard_try(path, &run->targets.settings, listed, out, &wrong) == NG_OK)
+        return true;
+    ng_log_warn("%s: %s; its targets are traced instead", path, wrong ? wrong : "cannot be read");
+    return false;
 }
 
 static ng_result fill_shard(struct run *run, const struct lf_shard *shard, const struct lf_tensors *targets,

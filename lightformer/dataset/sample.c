@@ -414,20 +414,26 @@ static const void *find_target(const struct job *job, const char *name, uint64_t
     return found && found->size == bytes ? found->data : NULL;
 }
 
-static bool has_these_crops(const struct job *job)
+// Whether the shard with targets holds this picture: the same tensors that say what is seen, and from where.
+static bool has_this_picture(const struct job *job)
 {
-    size_t bytes = 2 * job->params->crops * sizeof(int32_t);
-    const int32_t *origin = find_target(job, "crop.origin", bytes);
-    bool same = origin != NULL;
-    for (uint32_t k = 0; same && k < job->params->crops; k++)
-        same = origin[2 * k] == (int32_t)job->crops[k].x && origin[2 * k + 1] == (int32_t)job->crops[k].y;
-    return same;
+    static const char *const names[] = {"crop.origin", "camera.position", "camera.view", "camera.fov_y",
+                                        "time",        "scene.radius"};
+    for (size_t i = 0; i < NG_COUNT(names); i++) {
+        char full[LF_TENSOR_NAME];
+        snprintf(full, sizeof full, "%" PRIu64 "/%s", job->sample->seed, names[i]);
+        const struct lf_tensor *ours = lf_tensors_find(job->out, full);
+        const void *theirs = ours ? find_target(job, names[i], ours->size) : NULL;
+        if (!theirs || memcmp(ours->data, theirs, ours->size) != 0)
+            return false;
+    }
+    return true;
 }
 
 // False if the shard with targets does not hold all of them.
 static bool copy_targets(const struct job *job, float *unshadowed, uint16_t *shadow, float *indirect)
 {
-    if (!job->params->targets || !has_these_crops(job))
+    if (!job->params->targets || !has_this_picture(job))
         return false;
     size_t n = 3 * plane(job) * job->params->crops;
     const void *from[] = {find_target(job, "target.unshadowed", n * sizeof *unshadowed),

@@ -1,47 +1,66 @@
-// Indirect light by rays over the hemisphere: one for each point of the grid, in one of 64 directions by its
-// place in blocks of 8 x 8 points, lit where it ends. Each point takes the mean of a block around it, over
+// Indirect light by rays over the hemisphere: two for each point of the grid, in two of 128 directions by its
+// place in blocks of 8 x 8 points, lit where they end. Each point takes the mean of a block around it, over
 // surfaces like its own, along rows and then along columns. Coarse, but it knows what stands in the way,
 // which light of RSM texels (bounce.c) does not.
 #include "lightformer/encode/clues_internal.h"
 
 #include <string.h>
 
-#define SIDE   8 // points of a block each way
-#define RAYS   2 // of a point
-#define GOLDEN 2.39996323f
-
-struct job {
-    const struct lf_encode_scene *scene;
-    struct lf_pixel_clues *pixels;
-    const float *from; // [grid points][LF_END_CHANNELS]
-    float *to;         // [3][grid points]
-    uint32_t pass;
-};
+#define SIDE       8 // points of a block each way
+#define RAYS       2 // of a point
+#define DIRECTIONS (SIDE * SIDE * RAYS)
+_Static_assert(LF_AROUND_REACH == SIDE + 1, "a block whose outer points count half");
 
 static size_t pixel_of(const struct lf_pixel_clues *p, uint32_t x, uint32_t y)
 {
     return (size_t)y * LF_BOUNCE_STEP * p->width + (size_t)x * LF_BOUNCE_STEP;
 }
 
-// ---- rays ------------------------------------------------------------------------------------------------
-
-// Cosine-weighted. Any 4 x 4 points of a block are as far apart as its 8 x 8.
-static void choose_direction(const struct lf_lobe *at, uint32_t x, uint32_t y, uint32_t ray, float out[3])
+static size_t count_points(const struct lf_pixel_clues *p)
 {
-    static const uint32_t quarter[4] = {0, 2, 3, 1};
-    uint32_t place =
-        4 * lf_block_order[lf_block_place(x, y)] + quarter[y / LF_BLOCK % 2 * 2 + x / LF_BLOCK % 2];
-    float number = (float)(place * RAYS + ray), angle = GOLDEN * number;
-    struct ng_local_direction l =
-        ng_brdf_cosine(cosf(angle), sinf(angle), (number + 0.5f) / (SIDE * SIDE * RAYS));
-    lf_lobe_to_world(at->normal, &l, out);
+    return (size_t)p->grid_width * p->grid_height;
 }
 
-static void cast_at(const struct job *job, uint32_t x, uint32_t y, uint32_t ray)
+// ---- rays ------------------------------------------------------------------------------------------------
+
+struct casting {
+    const struct lf_encode_scene *scene;
+    struct lf_pixel_clues *pixels;
+    float spiral[DIRECTIONS][3]; // as lf_lobe_samples
+};
+
+// By products, which are the same on every machine; cosf and sinf are not.
+static void wind(float spiral[DIRECTIONS][3])
+{
+    const double cosine = -0.7373688780783197, sine = 0.6754902942615238; // of the golden angle
+    double c = 1, s = 0;
+    for (int i = 0; i < DIRECTIONS; i++) {
+        spiral[i][0] = (float)c;
+        spiral[i][1] = (float)s;
+        spiral[i][2] = ((float)i + 0.5f) / DIRECTIONS;
+        double next = c * cosine - s * sine;
+        s = c * sine + s * cosine;
+        c = next;
+    }
+}
+
+// Cosine-weighted. Where a point is in its quarter of a block decides more than which quarter that is: so any
+// 4 x 4 points have directions from all over the hemisphere.
+static void choose_direction(const struct casting *job, const float normal[3], uint32_t x, uint32_t y,
+                             uint32_t ray, float out[3])
+{
+    static const uint32_t quarters[4] = {0, 2, 3, 1};
+    uint32_t quarter = quarters[y / LF_BLOCK % 2 * 2 + x / LF_BLOCK % 2];
+    const float *u = job->spiral[(4 * lf_block_order[lf_block_place(x, y)] + quarter) * RAYS + ray];
+    struct ng_local_direction l = ng_brdf_cosine(u[0], u[1], u[2]);
+    lf_lobe_to_world(normal, &l, out);
+}
+
+static void cast_at(const struct casting *job, uint32_t x, uint32_t y, uint32_t ray)
 {
     struct lf_pixel_clues *p = job->pixels;
-    size_t points = (size_t)p->grid_width * p->grid_height, pixel = pixel_of(p, x, y);
-    struct lf_ray_end *end = &p->around.ends.items[ray * points + (size_t)y * p->grid_width + x];
+    size_t pixel = pixel_of(p, x, y);
+    struct lf_ray_end *end = &p->around.ends.items[ray * count_points(p) + (size_t)y * p->grid_width + x];
     struct lf_lobe lobe;
     float position[3];
     *end = (struct lf_ray_end){.pixel = (uint32_t)pixel, .block = lf_block_place(x, y)};
@@ -50,7 +69,7 @@ static void cast_at(const struct job *job, uint32_t x, uint32_t y, uint32_t ray)
     for (int c = 0; c < 3; c++)
         position[c] = p->position[c][pixel];
     lf_pixel_lobe(p, pixel, &lobe);
-    choose_direction(&lobe, x, y, ray, end->direction);
+    choose_direction(job, lobe.normal, x, y, ray, end->direction);
     if (lf_dot(end->direction, lobe.flat) > 0)
         lf_ray_cast(job->scene, &p->space, position, lobe.flat, 1, end);
 }
@@ -58,7 +77,7 @@ static void cast_at(const struct job *job, uint32_t x, uint32_t y, uint32_t ray)
 static void cast_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
-    const struct job *job = user;
+    const struct casting *job = user;
     for (uint32_t y = begin; y < end; y++)
         for (uint32_t x = 0; x < job->pixels->grid_width; x++)
             for (uint32_t ray = 0; ray < RAYS; ray++)
@@ -78,8 +97,8 @@ static bool neighbour(const struct lf_pixel_clues *p, uint32_t pass, uint32_t x,
 
 static void weigh(struct lf_pixel_clues *p, uint32_t pass, uint32_t x, uint32_t y)
 {
-    size_t points = (size_t)p->grid_width * p->grid_height, at = (size_t)y * p->grid_width + x, other;
-    float *weight = p->around.weights.items + (pass * points + at) * LF_AROUND_REACH, sum = 0;
+    size_t at = (size_t)y * p->grid_width + x, other;
+    float *weight = p->around.weights.items + (pass * count_points(p) + at) * LF_AROUND_REACH, sum = 0;
     for (uint32_t k = 0; k < LF_AROUND_REACH; k++) {
         weight[k] = 0;
         if (!neighbour(p, pass, x, y, k, &other))
@@ -95,7 +114,7 @@ static void weigh(struct lf_pixel_clues *p, uint32_t pass, uint32_t x, uint32_t 
 static void weigh_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
-    const struct job *job = user;
+    const struct casting *job = user;
     for (uint32_t y = begin; y < end; y++)
         for (uint32_t x = 0; x < job->pixels->grid_width; x++)
             for (uint32_t pass = 0; pass < 2; pass++)
@@ -104,13 +123,14 @@ static void weigh_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker
 
 ng_result lf_around_cast(const struct lf_encode_scene *scene, struct lf_pixel_clues *out)
 {
-    struct job job = {.scene = scene, .pixels = out};
-    size_t points = (size_t)out->grid_width * out->grid_height;
+    struct casting job = {.scene = scene, .pixels = out};
+    size_t points = count_points(out);
     if (!lf_encode_wants(scene, LF_INPUT_VIEW_GATHERED))
         return NG_OK;
     if (!ng_array_resize(&out->around.ends, RAYS * points) ||
         !ng_array_resize(&out->around.weights, 2 * LF_AROUND_REACH * points))
         return ng_out_of_memory("the surroundings of a picture");
+    wind(job.spiral);
     ng_jobs_for(scene->jobs, out->grid_height, 1, cast_rows, &job);
     ng_jobs_for(scene->jobs, out->grid_height, 1, weigh_rows, &job);
     return NG_OK;
@@ -118,12 +138,19 @@ ng_result lf_around_cast(const struct lf_encode_scene *scene, struct lf_pixel_cl
 
 // ---- lights ----------------------------------------------------------------------------------------------
 
+struct averaging {
+    const struct lf_pixel_clues *pixels;
+    const float *from; // [3][grid points]
+    float *to;
+    uint32_t pass;
+};
+
 static void average_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
-    const struct job *job = user;
+    const struct averaging *job = user;
     const struct lf_pixel_clues *p = job->pixels;
-    size_t points = (size_t)p->grid_width * p->grid_height;
+    size_t points = count_points(p);
     for (uint32_t y = begin; y < end; y++)
         for (uint32_t x = 0; x < p->grid_width; x++) {
             size_t at = (size_t)y * p->grid_width + x, other;
@@ -148,36 +175,52 @@ static void add_channels(const float *ends, size_t points, float *out)
                 const float *seen = ends + (ray * points + i) * LF_END_CHANNELS;
                 sum += seen[c] + seen[3 + c];
             }
-            out[c * points + i] = sum / RAYS;
+            out[c * points + i] = lf_finite(sum / RAYS);
         }
 }
 
-// Pixels that no point of the grid speaks for take the nearest.
+// The point of the grid around a pixel that is most like it, however little; the one above left of equal
+// ones.
+static size_t most_alike(const struct lf_pixel_clues *p, size_t pixel)
+{
+    uint32_t x = (uint32_t)(pixel % p->width) / LF_BOUNCE_STEP,
+             y = (uint32_t)(pixel / p->width) / LF_BOUNCE_STEP;
+    size_t best = (size_t)y * p->grid_width + x;
+    float most = -1;
+    for (uint32_t k = 0; k < 4; k++) {
+        uint32_t column = x + (k & 1), row = y + (k >> 1);
+        if (column >= p->grid_width || row >= p->grid_height)
+            continue;
+        size_t other = pixel_of(p, column, row);
+        float like = p->mask[other] > 0 ? lf_pixel_likeness(p, pixel, other) : -0.5f;
+        if (like > most) {
+            most = like;
+            best = (size_t)row * p->grid_width + column;
+        }
+    }
+    return best;
+}
+
 static void fill_alone(const struct lf_pixel_clues *p, const float *grid, float *const out[3])
 {
-    size_t points = (size_t)p->grid_width * p->grid_height;
     for (size_t i = 0; i < p->alone.count; i++) {
-        size_t pixel = p->alone.items[i];
-        size_t x = pixel % p->width / LF_BOUNCE_STEP, y = pixel / p->width / LF_BOUNCE_STEP;
+        size_t pixel = p->alone.items[i], from = most_alike(p, pixel);
         for (size_t c = 0; c < 3; c++)
-            out[c][pixel] = grid[c * points + y * p->grid_width + x];
+            out[c][pixel] = grid[c * count_points(p) + from];
     }
 }
 
 ng_result lf_around_light(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                           struct lf_light_clues *light, float *const out[3])
 {
-    size_t points = (size_t)pixels->grid_width * pixels->grid_height;
+    size_t points = count_points(pixels);
     if (!ng_array_resize(&light->around.list, (RAYS * LF_END_CHANNELS + 6) * points))
         return ng_out_of_memory("the view of a light");
     float *seen = light->around.list.items, *first = seen + RAYS * LF_END_CHANNELS * points,
           *second = first + 3 * points;
     lf_rays_light(scene, light, pixels->around.ends.items, (uint32_t)(RAYS * points), 0, seen);
     add_channels(seen, points, first);
-    struct job rows = {
-        .scene = scene, .pixels = (struct lf_pixel_clues *)pixels, .from = first, .to = second};
-    struct job columns = {
-        .scene = scene, .pixels = (struct lf_pixel_clues *)pixels, .from = second, .to = first, .pass = 1};
+    struct averaging rows = {pixels, first, second, 0}, columns = {pixels, second, first, 1};
     ng_jobs_for(scene->jobs, pixels->grid_height, 8, average_rows, &rows);
     ng_jobs_for(scene->jobs, pixels->grid_height, 8, average_rows, &columns);
     lf_grid_spread(scene, pixels, first, out);

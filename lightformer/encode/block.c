@@ -1,3 +1,4 @@
+// First, by bytes, where a block is of one opinion, which is nearly everywhere; then sums over the others.
 #include "lightformer/encode/block.h"
 
 #include "lightformer/encode/clues_internal.h"
@@ -100,7 +101,7 @@ static float weigh(const struct average *a, uint32_t x, uint32_t y)
             weights += weight;
             sum += weight * a->part[other];
         }
-    return weights > 0 ? sum / weights : a->part[pixel];
+    return weights > 0 && isfinite(weights) ? sum / weights : a->part[pixel];
 }
 
 static void average_row(const struct average *a, uint32_t y)

@@ -26,8 +26,7 @@ struct lf_space {
 };
 
 #define LF_BOUNCE_STEP 4    // pixels from one to the next at which the light of RSM texels is summed
-#define LF_SMOOTH      0.5f // roughness below which mirror rays are cast and the BRDF chooses directions
-#define LF_METAL       0.2f // F0 above which mirror rays are cast, however rough
+#define LF_SMOOTH      0.5f // roughness below which the BRDF chooses directions: of rays, too
 
 // A pixel's four neighbours on the grid of every LF_BOUNCE_STEP-th pixel: weights that sum to 1, or all 0
 // where none of them is on the same surface.
@@ -35,7 +34,7 @@ struct lf_grid_taps {
     float weight[4];
 };
 
-// The same as pixels nearby see it.
+// Such a ray as pixels nearby see it.
 struct lf_mirror_ray {
     float from[3], normal[3]; // where it began
     float to[3];              // what it met, or its direction
@@ -61,7 +60,7 @@ struct lf_mirror_lattice {
 struct lf_mirror {
     struct lf_mirror_lattice lattices[LF_MIRROR_KINDS];
     uint32_t first;                       // hits of rays from pixels, which come before those of reflections
-    NG_ARRAY(struct lf_ray_end) hits;     // each in the order of pixels
+    NG_ARRAY(struct lf_ray_end) hits;     // of a kind in the order of pixels
     NG_ARRAY(struct lf_mirror_ray) rays;  // of the first hits
     NG_ARRAY(struct lf_mirror_taps) taps; // of all pixels that reflect
     struct lf_floats seen;                // what hits show

@@ -12,7 +12,7 @@
 //
 // A light is encoded as if it were on and of brightness 1 (ng_light_unit), then divided by the power that it
 // has so: power, on and off change nothing but what lf_encode_powers sets (and light.power, of `paper`), to
-// the last bit. The same bytes for any number of threads and for any of the instruction sets of direct.h.
+// the last bit. The same bytes for any number of threads and for any of the instruction sets of kernels.h.
 //
 // Memory belongs to the objects, only grows, and is reused: the steady state allocates nothing. One thread
 // calls; the work is spread over its jobs. Values never hold a NaN or an infinity, whatever the scene holds.
@@ -62,8 +62,9 @@ static inline uint64_t lf_encode_reads(const struct lf_net *net)
 struct lf_encode_pixels_params {
     struct lf_gbuffer gbuffer;
     uint32_t width, height;
-    // Most rays for reflections; 0: one for every four pixels. Where more pixels reflect, every
-    // second, fourth, ... in a fixed pattern is traced, and the others take from their neighbours.
+    // Most rays for reflections, three quarters of them for metals; 0: one for every four pixels. Where more
+    // pixels reflect, every second, fourth, ... each way has one, in a fixed pattern. What metals show in
+    // metals comes on top.
     uint32_t mirror_rays;
 };
 // Errors, logged: NG_ERROR_MEMORY.
@@ -110,7 +111,7 @@ void lf_light_clues_set_light(struct lf_light_clues *clues, uint32_t light);
 // Where the time of the last calls went, milliseconds, for budgets and benchmarks.
 enum lf_encode_stage {
     LF_ENCODE_PIXELS,     // planes of the G-buffer
-    LF_ENCODE_MIRROR,     // mirror rays and the surfaces that they meet
+    LF_ENCODE_MIRROR,     // rays of reflections and the surfaces that they meet
     LF_ENCODE_TEXELS,     // RSM and direct VPLs
     LF_ENCODE_OCCLUDERS,  // direction and distances
     LF_ENCODE_DIRECT,     // unshadowed direct light
@@ -118,7 +119,7 @@ enum lf_encode_stage {
     LF_ENCODE_HIGHLIGHTS, // whether highlights are in shadow
     LF_ENCODE_BOUNCE,     // light of RSM texels
     LF_ENCODE_AROUND,     // rays over hemispheres, and what they see
-    LF_ENCODE_REFLECTED,  // light where mirror rays end, and its blur
+    LF_ENCODE_REFLECTED,  // light where those end, and what pixels take of it
     LF_ENCODE_STAGES
 };
 extern const char *const lf_encode_stage_names[LF_ENCODE_STAGES]; // "pixels", ...

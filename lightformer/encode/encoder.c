@@ -22,10 +22,9 @@
 #include <string.h>
 
 // Floats a pixel that do not depend on the network, at most. Of the device: G-buffer, images of radiance,
-// what is composed of them, and their copies, 74. Of the screen: planes 31, the grid 5, reflections of a
-// picture full of metal that shows metal 37, hemispheres 6. Clues of one light 28, radiance as the network
-// writes it 9; some to spare.
-#define FLOATS_A_PIXEL           195
+// what is composed of them, and their copies, 74. Of the screen: planes 31, the grid 5, reflections 40,
+// hemispheres 6. Clues of one light 28, radiance as the network writes it 9; some to spare.
+#define FLOATS_A_PIXEL           198
 // Of each light besides what the gather reads: what rays show of it, the grid.
 #define FLOATS_A_PIXEL_AND_LIGHT 6
 

@@ -28,8 +28,8 @@ struct lf_ray_end {
 // Whether what is seen there asks for another ray.
 bool lf_ray_goes_on(const struct lf_ray_end *end);
 
-// Casts a ray in `end->direction` from a surface, and sets what it meets. `roughness`: of that surface; what
-// is seen is no smoother.
+// Casts a ray in `end->direction`, which is otherwise zero but for what says which ray it is, from a surface,
+// and sets what it meets. `roughness`: of that surface; what is seen is no smoother.
 void lf_ray_cast(const struct lf_encode_scene *scene, const struct lf_space *space, const float position[3],
                  const float flat[3], float roughness, struct lf_ray_end *end);
 

@@ -45,13 +45,13 @@ static ng_result choose_pixels(enum lf_mirror_kind kind, uint32_t budget, struct
 {
     struct lf_mirror *m = &p->reflections;
     struct lf_mirror_lattice *l = &m->lattices[kind];
-    l->spacing = 1;
-    while (count_pixels(p, kind, l->spacing) > budget)
-        l->spacing *= 2;
+    uint32_t count = count_pixels(p, kind, l->spacing = 1);
+    while (count > budget)
+        count = count_pixels(p, kind, l->spacing *= 2);
     l->width = (p->width + l->spacing - 1) / l->spacing;
     l->height = (p->height + l->spacing - 1) / l->spacing;
     if (!ng_array_resize(&l->hit_at, (size_t)l->width * l->height) ||
-        !ng_array_reserve(&m->hits, m->hits.count + l->hit_at.count))
+        !ng_array_reserve(&m->hits, m->hits.count + count))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0; i < l->hit_at.count; i++) {
         size_t x = i % l->width, y = i / l->width, pixel = (y * p->width + x) * l->spacing;
@@ -284,7 +284,7 @@ static void spread_taps(void *user, uint32_t begin, uint32_t end, uint32_t worke
                 sum[c] += (float)t->weight[k] * seen[c];
         }
         for (uint32_t c = 0; c < s->channels; c++)
-            s->planes[c][t->pixel] = sum[c] / WHOLE;
+            s->planes[c][t->pixel] = lf_finite(sum[c] / WHOLE);
     }
 }
 

@@ -31,7 +31,7 @@ static bool set_ray(const struct search *s, size_t pixel, const struct ng_light_
     lf_to_world(&p->space, scaled, position);
     ng_light_incident_at(&s->light->unit, vpl, position, &in);
     float cosine = lf_dot(at.normal, in.direction), weight = ng_light_mean(in.irradiance) * cosine;
-    if (!(cosine > 0) || !(weight > 0) || !(lf_dot(at.flat, in.direction) > 0))
+    if (!(cosine > 0) || !(weight > 0) || !isfinite(weight) || !(lf_dot(at.flat, in.direction) > 0))
         return false;
     // From where the light comes, so that rays have one origin; or, if that is infinitely far, one direction.
     bool infinite = !isfinite(in.distance);

@@ -51,10 +51,12 @@ static const char learned[] =
     "{\"op\":\"linear\",\"in\":[\"pixel.normal\",\"pixel.diffuse\",\"pixel.roughness\"],\"out\":\"q\","
     "\"name\":"
     "\"q\",\"channels\":8},"
-    "{\"op\":\"linear\",\"in\":[\"z\",\"code\"],\"out\":\"k\",\"name\":\"k\",\"channels\":8},"
+    "{\"op\":\"linear\",\"in\":[\"z\",\"code\",\"view.diffuse_reached\",\"view.glossy_reached\"],\"out\":"
+    "\"k\",\"name\":\"k\",\"channels\":8},"
     "{\"op\":\"attend\",\"in\":[\"q\",\"k\",\"z\",\"light.share\"],\"out\":\"m\",\"heads\":2,\"gate\":"
     "\"sigmoid\"},"
-    "{\"op\":\"sum\",\"in\":[\"view.bounce\",\"light.share\"],\"out\":\"bounce\"},"
+    "{\"op\":\"add\",\"in\":[\"view.bounce\",\"view.gathered\"],\"out\":\"around\"},"
+    "{\"op\":\"sum\",\"in\":[\"around\",\"light.share\"],\"out\":\"bounce\"},"
     "{\"op\":\"conv\",\"in\":[\"bounce\",\"m\",\"pixel.mirror\"],\"out\":\"g\",\"name\":\"g\",\"channels\":8,"
     "\"act\":\"leaky\"},"
     "{\"op\":\"linear\",\"in\":[\"g\"],\"out\":\"f\",\"name\":\"f\",\"channels\":3,\"act\":\"softplus\"},"
@@ -67,7 +69,7 @@ static const struct layer {
     uint32_t in, out;
     bool conv;
 } layers[] = {{"v", 9, 8, false}, {"t", 9, 8, false},    {"z", 22, 8, false}, {"d1", 28, 8, true},
-              {"d2", 8, 8, true}, {"zs", 16, 16, false}, {"q", 7, 8, false},  {"k", 12, 8, false},
+              {"d2", 8, 8, true}, {"zs", 16, 16, false}, {"q", 7, 8, false},  {"k", 14, 8, false},
               {"g", 12, 8, true}, {"f", 8, 3, false}};
 
 static void add_random(struct lf_tensors *t, struct ng_rng *rng, const struct layer *layer, uint32_t in)

@@ -45,7 +45,7 @@ def parse() -> argparse.Namespace:
     length.add_argument("--steps", type=_positive(int), default=Settings.steps, help="instead of minutes")
     add("--resume", action="store_true", help="go on from the checkpoint")
     add("--batch", type=_positive(int), default=Settings.batch, help="crops of a step of a process (default %(default)s)")
-    add("--processes", type=_positive(int), default=Settings.processes, help="that learn together (default %(default)s)")
+    add("--processes", type=_positive(int), default=Settings.processes, help="learn together (default %(default)s)")
     add("--rate", type=_positive(float), default=Settings.rate, help="of learning, at first (default %(default)s)")
     add("--seed", type=int, default=Settings.seed)
     add("--held-out", type=_positive(int), default=Settings.held_out, help="crops to judge by (default %(default)s)")

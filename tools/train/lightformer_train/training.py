@@ -39,6 +39,21 @@ CHECKPOINT_SECONDS = 120.0
 PROGRESS_SECONDS = 10.0
 
 
+# Settings that decide the result, beside preset, parts and steps.
+REPEATED = (
+    "batch",
+    "processes",
+    "rate",
+    "seed",
+    "held_out",
+    "precision",
+    "perceptual",
+    "vpls",
+    "texels",
+    "threads",
+)
+
+
 class Stopped(RuntimeError):
     """A training that cannot begin or go on; the message says why."""
 
@@ -67,7 +82,7 @@ class Settings:
         words = ["tools/train/train.py", *(folder.name for folder in folders), "--preset", self.preset]
         words += ["--without", *sorted(self.without)] if self.without else []
         words += ["--steps", str(steps)]
-        for name in ("batch", "processes", "rate", "seed", "held_out", "precision", "perceptual", "vpls", "texels", "threads"):
+        for name in REPEATED:
             value = getattr(self, name)
             if value != getattr(Settings, name):
                 words += [f"--{name.replace('_', '-')}", str(value)]
