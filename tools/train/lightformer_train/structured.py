@@ -33,7 +33,7 @@ PARTS = {
     "direct-clue": "unshadowed direct light in closed form (without: predicted)",
     "bounce": "unshadowed light of the RSM's texels",
     "gathered": "rays over the hemisphere",
-    "mirror": "what the mirror ray meets",
+    "mirror": "rays of reflections",
     "visibility-unet": "neighbours in the visibility (without: each pixel alone)",
     "screen-unet": "neighbours in the indirect light (without: each pixel alone)",
     "albedo": "albedo divided out of the diffuse indirect light",
