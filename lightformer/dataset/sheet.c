@@ -209,13 +209,22 @@ static const struct tile crop_tiles[] = {
     {planes, "pixel.mirror_albedo", reflectance},
 };
 static const struct tile light_tiles[] = {
-    {view, "view.distance", distance},  {ratio, NULL, NULL},
-    {difference, NULL, NULL},           {light_cosine, NULL, NULL},
-    {view_cosine, NULL, NULL},          {light, "view.diffuse", radiance},
-    {light, "view.glossy", radiance},   {light, "view.bounce", radiance},
-    {light, "view.mirror", radiance},   {light, "view.mirror_bounce", radiance},
+    {view, "view.distance", distance},
+    {ratio, NULL, NULL},
+    {difference, NULL, NULL},
+    {light_cosine, NULL, NULL},
+    {view_cosine, NULL, NULL},
+    {light, "view.diffuse", radiance},
+    {light, "view.glossy", radiance},
+    {light, "view.bounce", radiance},
+    {view, "view.diffuse_reached", NULL},
+    {view, "view.glossy_reached", NULL},
+    {light, "view.gathered", radiance},
+    {light, "view.mirror", radiance},
+    {light, "view.mirror_bounce", radiance},
     {texel, "texel.flux", reflectance}, // a texel's even share of the light comes out bright
-    {texel, "texel.normal", vector},    {texel, "texel.position", vector},
+    {texel, "texel.normal", vector},
+    {texel, "texel.position", vector},
 };
 
 // ---- the sheet -------------------------------------------------------------------------------------------
@@ -295,6 +304,9 @@ static bool has_shapes(const struct row *row, uint64_t crops)
         {"view.bounce", LF_F16, 5, {crops, l, 3, s, s}},
         {"view.mirror", LF_F16, 5, {crops, l, 3, s, s}},
         {"view.mirror_bounce", LF_F16, 5, {crops, l, 3, s, s}},
+        {"view.diffuse_reached", LF_F16, 5, {crops, l, 1, s, s}},
+        {"view.glossy_reached", LF_F16, 5, {crops, l, 1, s, s}},
+        {"view.gathered", LF_F16, 5, {crops, l, 3, s, s}},
     };
     for (size_t i = 0; i < NG_COUNT(wanted); i++) {
         const struct lf_tensor *t = tensor(row, wanted[i].name);
