@@ -1,11 +1,14 @@
+// Each end is lit by all of a light's unshadowed direct light, if a ray to one point of the light says that
+// it arrives.
 #include "lightformer/encode/clues_internal.h"
 
 #include <string.h>
 
-#define TRIES        4 // direct VPLs that may be hidden by the surface itself
-#define SHADOW_REACH 0.999f
-#define LEAST_ROUGHNESS                                                                                      \
-    0.7f // of what is seen: a highlight there that one of many rays meets would be a firefly
+#define TRIES           4 // direct VPLs that may be hidden by the surface itself
+#define LARGEST         65504.0f
+#define SHADOW_REACH    0.999f
+// Of what is seen: a highlight there that one of many rays meets would be a firefly.
+#define LEAST_ROUGHNESS 0.7f
 
 bool lf_ray_goes_on(const struct lf_ray_end *end)
 {
@@ -20,10 +23,12 @@ static void set_surface(const struct lf_space *space, const struct lf_surface *s
     memcpy(out->flat, s->flat_normal, sizeof out->flat);
     lf_scale(out->direction, -1, out->view);
     out->roughness = fmaxf(s->roughness, fmaxf(roughness, LEAST_ROUGHNESS));
-    for (int c = 0; c < 3 && !lf_surface_is_black(s); c++) {
-        out->albedo[c] = lf_finite(s->albedo[c]);
-        out->f0[c] = lf_finite(s->f0[c]);
-        out->emission[c] = lf_finite(s->emission[c]);
+    if (lf_surface_is_black(s))
+        return;
+    for (int c = 0; c < 3; c++) { // as far as the G-buffer's halfs reach
+        out->albedo[c] = fminf(fmaxf(s->albedo[c], 0), LARGEST);
+        out->f0[c] = fminf(fmaxf(s->f0[c], 0), LARGEST);
+        out->emission[c] = fminf(fmaxf(s->emission[c], 0), LARGEST);
     }
 }
 
