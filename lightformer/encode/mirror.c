@@ -220,7 +220,7 @@ static void find_taps(const struct lf_pixel_clues *p, const struct lf_kernels *k
         sum += weight[k];
     bool any = sum > 0 && isfinite(sum);
     for (uint32_t k = 0; k < TAPS; k++)
-        out->weight[k] = any ? (uint16_t)(weight[k] / sum * WHOLE + 0.5f) : 0;
+        out->weight[k] = any ? (uint16_t)lrintf(weight[k] / sum * WHOLE) : 0;
 }
 
 static void find_all_taps(void *user, uint32_t begin, uint32_t end, uint32_t worker)
