@@ -88,7 +88,7 @@ static float weigh(const struct average *a, uint32_t x, uint32_t y)
     struct neighbours n = find_neighbours(p, x, y);
     size_t pixel = (size_t)y * p->width + x;
     float window[LF_BLOCK_REACH], sum = 0, weights = 0;
-    lf_block_window(LF_BLOCK / 2, window);
+    lf_block_window(LF_BLOCK_HALF, window);
     for (uint32_t row = n.y0; row < n.y1; row++)
         for (uint32_t column = n.x0; column < n.x1; column++) {
             size_t other = (size_t)row * p->width + column;

@@ -13,6 +13,7 @@ struct lf_pixel_clues;
 
 #define LF_BLOCK       4              // places each way
 #define LF_BLOCK_REACH (LF_BLOCK + 1) // neighbours each way that are looked at
+#define LF_BLOCK_HALF  2              // of them on each side
 
 // Place of a pixel, or of a ray, in its block: 0 to LF_BLOCK^2 - 1.
 static inline uint32_t lf_block_place(uint32_t x, uint32_t y)

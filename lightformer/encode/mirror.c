@@ -198,8 +198,9 @@ static void gather_block(const struct lf_pixel_clues *p, uint32_t pixel, struct 
 {
     struct block b = block_of(p, pixel);
     float across[LF_BLOCK_REACH], down[LF_BLOCK_REACH], s = (float)b.lattice->spacing;
-    lf_block_window((float)(pixel % p->width) / s - (float)(int32_t)b.column, across);
-    lf_block_window((float)(pixel / p->width) / s - (float)(int32_t)b.row, down);
+    uint32_t x = pixel % p->width, y = pixel / p->width;
+    lf_block_window((float)x / s - (float)(int32_t)b.column, across);
+    lf_block_window((float)y / s - (float)(int32_t)b.row, down);
     for (uint32_t k = 0; k < TAPS; k++) {
         uint32_t hit = hit_of(&b, k);
         out->weight[k] = hit ? across[k % LF_BLOCK_REACH] * down[k / LF_BLOCK_REACH] : 0;
