@@ -31,7 +31,7 @@ enum { LIT = 1, HIDDEN = 2 };
 // Most blocks are of one opinion: then nothing has to be weighed. Sets of bytes are found out quickly.
 static void ask_row(const struct average *a, uint32_t y)
 {
-    const uint32_t width = a->pixels->width, half = LF_BLOCK / 2;
+    const uint32_t width = a->pixels->width, half = LF_BLOCK_HALF;
     const float *part = a->part + (size_t)y * width, *weight = a->weight + (size_t)y * width;
     unsigned char *out = a->opinions + (size_t)y * width;
     memset(out, 0, width);
@@ -58,7 +58,7 @@ struct neighbours {
 
 static struct neighbours find_neighbours(const struct lf_pixel_clues *p, uint32_t x, uint32_t y)
 {
-    const uint32_t half = LF_BLOCK / 2;
+    const uint32_t half = LF_BLOCK_HALF;
     return (struct neighbours){x > half ? x - half : 0, y > half ? y - half : 0,
                                x + half < p->width ? x + half + 1 : p->width,
                                y + half < p->height ? y + half + 1 : p->height};
@@ -94,8 +94,8 @@ static float weigh(const struct average *a, uint32_t x, uint32_t y)
             size_t other = (size_t)row * p->width + column;
             if (!(a->weight[other] > 0))
                 continue;
-            float weight = a->weight[other] * window[row + LF_BLOCK / 2 - y] *
-                           window[column + LF_BLOCK / 2 - x] * lf_pixel_likeness(p, pixel, other);
+            float weight = a->weight[other] * window[row + LF_BLOCK_HALF - y] *
+                           window[column + LF_BLOCK_HALF - x] * lf_pixel_likeness(p, pixel, other);
             if (a->lobes)
                 weight *= lobe_likeness(p, pixel, other);
             weights += weight;

@@ -43,6 +43,18 @@ static void open_room(struct scene *s, uint32_t threads)
     add_rectangle(s, 3, (const float[3]){0.7f, 1.4f, 0});
 }
 
+// What the path tracer says of one layer of a square picture. free() it.
+static float *trace_layer(const struct scene *s, uint32_t size, uint32_t depth, uint32_t samples,
+                          const char *name)
+{
+    struct lf_reference *r = scene_render(
+        s, &(struct lf_reference_params){.width = size, .height = size, .depth = depth, .jobs = s->jobs},
+        samples);
+    float *layer = scene_layer(r, name);
+    lf_reference_destroy(&r);
+    return layer;
+}
+
 // ---- distances -------------------------------------------------------------------------------------------
 
 // Whether the segment from `a` to `b` passes through the ball, and where it enters.
@@ -329,9 +341,7 @@ static void highlights_are_shadowed(void **state)
     add_rectangle(&s, 3, (const float[3]){0, 0.2f, -2.5f});
     scene_frame(&s, 0);
     picture_encode(&p, &s, SIZE, SIZE);
-    struct lf_reference *r = scene_render(
-        &s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 2, .jobs = s.jobs}, 300);
-    float *truth = scene_layer(r, "direct"),
+    float *truth = trace_layer(&s, SIZE, 2, 300, "direct"),
           unit = *lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE];
     double with = 0, without = 0, size = 0;
     for (size_t i = 0; i < SIZE * SIZE; i++) {
@@ -349,7 +359,6 @@ static void highlights_are_shadowed(void **state)
                   with / size);
     assert_true(size > 0 && with < 0.15 * without && with < 0.25 * size);
     free(truth);
-    lf_reference_destroy(&r);
     picture_close(&p);
     scene_close(&s);
 }
@@ -370,9 +379,7 @@ static void penumbrae_are_soft(void **state)
     add_rectangle(&s, 3, (const float[3]){0, 1.5f, 0});
     scene_frame(&s, 0);
     picture_encode(&p, &s, SIZE, SIZE);
-    struct lf_reference *r = scene_render(
-        &s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 2, .jobs = s.jobs}, 80);
-    float *truth = scene_layer(r, "direct"),
+    float *truth = trace_layer(&s, SIZE, 2, 80, "direct"),
           unit = *lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE];
     double soft = 0, hard = 0, size = 0;
     int partly = 0;
@@ -396,7 +403,6 @@ static void penumbrae_are_soft(void **state)
     print_message("penumbra: %.2g of the light, %.2g with one ray\n", soft / size, hard / size);
     assert_true(partly > 50 && soft < 0.2 * hard && soft < 0.01 * size);
     free(truth);
-    lf_reference_destroy(&r);
     picture_close(&p);
     scene_close(&s);
 }
@@ -422,9 +428,7 @@ static void metals_show_what_surrounds_them(void **state)
     add_point(&s, 4, (const float[3]){0, 1.2f, 2});
     scene_frame(&s, 0);
     picture_encode(&p, &s, SIZE, SIZE);
-    struct lf_reference *r = scene_render(
-        &s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 4, .jobs = s.jobs}, 100);
-    float *truth = scene_layer(r, "indirect"),
+    float *truth = trace_layer(&s, SIZE, 4, 100, "indirect"),
           unit = *lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE];
     double error = 0, mean = 0, expected = 0;
     int count = 0;
@@ -445,7 +449,6 @@ static void metals_show_what_surrounds_them(void **state)
                   mean / expected, expected / count);
     assert_true(count > 1000 && error < 0.1 * count && fabs(mean / expected - 1) < 0.1);
     free(truth);
-    lf_reference_destroy(&r);
     picture_close(&p);
     scene_close(&s);
 }
@@ -471,9 +474,7 @@ static void what_stands_in_the_way_counts(void **state)
     add_point(&s, 2, (const float[3]){0, 1.5f, 0});
     scene_frame(&s, 0);
     picture_encode(&p, &s, SIZE, SIZE);
-    struct lf_reference *r = scene_render(
-        &s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 4, .jobs = s.jobs}, 100);
-    float *truth = scene_layer(r, "indirect"),
+    float *truth = trace_layer(&s, SIZE, 4, 100, "indirect"),
           unit = *lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE];
     double expected = 0, rays = 0, texels = 0;
     for (size_t i = 0; i < SIZE * SIZE; i++) {
@@ -488,7 +489,6 @@ static void what_stands_in_the_way_counts(void **state)
     assert_true(expected > 0 && texels > 1.5 * expected); // so that there is something in the way
     assert_true(fabs(rays - expected) < 0.5 * fabs(texels - expected));
     free(truth);
-    lf_reference_destroy(&r);
     picture_close(&p);
     scene_close(&s);
 }
