@@ -43,9 +43,12 @@ void main()
     vec3 flat_normal = normalize(cross(dFdx(position), dFdy(position)));
     if (dot(flat_normal, view.position - position) < 0)
         flat_normal = -flat_normal;
-    // Slivers seen edge-on have no usable derivatives.
-    if (!(dot(flat_normal, s.normal) > 0.1))
+    // Where they contradict each other, as where a coarse mesh rounds an edge, the triangle is right; as in
+    // lightformer/trace/surface.c. Slivers seen edge-on have no usable derivatives.
+    if (!(dot(flat_normal, flat_normal) > 0.5))
         flat_normal = s.normal;
+    if (!(dot(flat_normal, s.normal) > 0.1))
+        s.normal = flat_normal;
     vec2 o = octahedral(flat_normal);
     out_position = vec4(position, 1);
     out_normal = vec4(s.normal, s.roughness);

@@ -8,9 +8,9 @@
 #include <cglm/cglm.h>
 #include <string.h>
 
-// Cosine below which a triangle says nothing about its surface: needles whose vertices almost lie in line. As
-// in engine/shaders/gbuffer.frag.glsl.
-#define SLIVER 0.1f
+// Cosine between a shading normal and its triangle's from which they contradict each other, as where a coarse
+// mesh rounds an edge. As in engine/shaders/gbuffer.frag.glsl.
+#define CONTRADICTION 0.1f
 
 static const struct ng_image *image_of(const struct ng_snapshot *s, uint32_t index)
 {
@@ -232,8 +232,9 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
     if (in->textured)
         find_textured_look(tracer, in->material, out->uv, &textured);
     set_look(in->textured ? &textured : &in->plain, out);
-    if (!(lf_dot(out->flat_normal, out->normal) > SLIVER))
-        memcpy(out->flat_normal, out->normal, sizeof out->normal);
+    // The triangle is right: all light that such a shading normal asks for is behind it.
+    if (!(lf_dot(out->flat_normal, out->normal) > CONTRADICTION))
+        memcpy(out->normal, out->flat_normal, sizeof out->normal);
     if (!hit->front)
         turn_over(out);
     if (in->light != NG_NONE || lf_surface_is_black(out))

@@ -103,6 +103,33 @@ static void test_mirrored_placements_keep_their_front(void **state)
 }
 
 // The normal-mapped panel of the scene, and the shading normal at a place of its plane.
+// Light that a shading normal asks for must not be behind its own triangle.
+static void test_triangles_overrule_normals_that_contradict_them(void **state)
+{
+    (void)state;
+    struct scene s;
+    scene_open(&s, 1);
+    add_floor(&s, scene_material(&s, (const float[3]){1, 1, 1}, 0, 1));
+    scene_frame(&s, 0);
+    const struct lf_ray ray = make_ray(0.25f, -0.5f, 2, 0, 0, -1);
+    const float tilts[] = {1.4f, 1.5f, 1.6f, 3}; // cosines 0.17, 0.07, -0.03, -0.99
+    for (size_t i = 0; i < NG_COUNT(tilts); i++) {
+        const float tilted[3] = {sinf(tilts[i]), 0, cosf(tilts[i])}, up[3] = {0, 0, 1};
+        const struct ng_snapshot_mesh *mesh = &s.snapshot->meshes[s.snapshot->instances[0].mesh];
+        struct lf_hit hit;
+        struct lf_surface surface;
+        for (uint32_t k = 0; k < mesh->vertex_count; k++)
+            memcpy((float *)mesh->normals + k * 3, tilted, sizeof tilted);
+        assert_true(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit));
+        lf_surface_at(s.tracer, &hit, &surface);
+        for (int c = 0; c < 3; c++) {
+            NEAR(surface.normal[c], i ? up[c] : tilted[c], 1e-6);
+            NEAR(surface.flat_normal[c], up[c], 1e-6);
+        }
+    }
+    scene_close(&s);
+}
+
 static ng_entity find_panel(const struct scene *s)
 {
     for (uint32_t i = 0; i < s->snapshot->instance_count; i++) {
@@ -422,6 +449,7 @@ int main(void)
         cmocka_unit_test(test_a_hit_says_where_and_what),
         cmocka_unit_test(test_camera_rays_pass_through_backs),
         cmocka_unit_test(test_mirrored_placements_keep_their_front),
+        cmocka_unit_test(test_triangles_overrule_normals_that_contradict_them),
         cmocka_unit_test(test_mirrored_placements_mirror_normal_maps),
         cmocka_unit_test(test_alpha_masks_let_rays_through),
         cmocka_unit_test(test_lights_have_exact_shapes),
