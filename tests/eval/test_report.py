@@ -45,8 +45,8 @@ class Report(unittest.TestCase):
         shutil.rmtree(OUT, ignore_errors=True)
         done = run(
             "quality",
-            *"--parts frames temporal unseen --frames 2 --size 32 --spp 2 --unseen-frames 1 --moving-frames 2 "
-            "--moving-size 24 --moving-spp 2 --unseen content/unseen/wall.glb".split(),
+            *"--parts frames temporal unseen --frames 2 --size 32 --spp 2 --unseen-frames 1 --unseen-spp 2 "
+            "--moving-frames 2 --moving-size 24 --moving-spp 2 --unseen content/unseen/wall.glb".split(),
             "--out",
             str(OUT),
         )

@@ -8,6 +8,8 @@ import shlex
 import signal
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import repeat
 from pathlib import Path
 
 from evaluation import BadInput
@@ -26,6 +28,7 @@ PARTS = {
 }
 RESULT = "quality.json"
 MOST_PATHS = 256  # samples a pixel, in the search for the error of the first network
+AT_ONCE = 2  # methods being judged: figures of one are computed, by one thread, while another's picture is made
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
@@ -55,6 +58,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         help="scenes with something that no training showed (default: content/unseen)",
     )
     add("--unseen-frames", type=positive, default=5, metavar="N", help="test frames of each (default 5)")
+    add("--unseen-spp", type=positive, default=128, metavar="N", help="of their references (default 128)")
     add("--moving", type=Path, default=ROOT / "content/chess/flight.glb", metavar="FILE", help="scene of the sequence")
     add("--moving-frames", type=positive, default=30, metavar="N", help="of the sequence (default 30)")
     add("--moving-size", type=positive, default=256, metavar="N", help="pixels a side (default 256)")
@@ -181,9 +185,10 @@ class Study:
             truth = self._truth(at, spp)
             noise.append(truth.noise())
             shown.append({"seed": seed, "references": [str(truth.first), str(truth.second)]})
-            for method in judged:
-                picture = methods.make(self.renderer, method, at, truth.first)
-                rows[method.name].append({"picture": str(picture)} | figures.judge(picture, truth, method.layers))
+            with ThreadPoolExecutor(AT_ONCE) as pool:
+                found = list(pool.map(self._row, judged, repeat(at), repeat(truth)))
+            for method, row in zip(judged, found):
+                rows[method.name].append(row)
             print(f"{scene.stem} {seed}: {_progress(rows)}", file=sys.stderr, flush=True)
         return {
             "scene": scene.stem,
@@ -200,6 +205,11 @@ class Study:
                 for method in judged
             },
         }
+
+    def _row(self, method: Method, at: Shot, truth: Truth) -> dict:
+        """One method on one test frame."""
+        picture = methods.make(self.renderer, method, at, truth.first)
+        return {"picture": str(picture)} | figures.judge(picture, truth, method.layers)
 
     def _truth(self, at: Shot, spp: int) -> Truth:
         return Truth(*(self.renderer.picture(shot) for shot in methods.references(at, spp)))
@@ -236,7 +246,7 @@ class Study:
     def _unseen(self) -> dict:
         o = self.options
         return {
-            scene.stem: self._judge(scene, o.unseen_frames, o.size, o.spp, [*self.networks, methods.raster()])
+            scene.stem: self._judge(scene, o.unseen_frames, o.size, o.unseen_spp, [*self.networks, methods.raster()])
             for scene in o.unseen
         }
 

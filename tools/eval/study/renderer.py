@@ -11,6 +11,7 @@ import os
 import shlex
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import dataclass
 from functools import cache
@@ -88,7 +89,7 @@ class Renderer:
         if shot.layers:
             arguments += ["--aov", ",".join(shot.layers)]
         begun = time.monotonic()
-        unfinished = path.with_name(f"unfinished-{os.getpid()}.exr")
+        unfinished = path.with_name(f"unfinished-{os.getpid()}-{threading.get_ident()}.exr")
         printed = self._run("render", str(shot.scene), "-o", str(unfinished), *arguments)
         os.replace(printed.strip(), path)  # numbered, if it is a frame
         print(f"{time.monotonic() - begun:8.1f} s  {' '.join(shot.options)}", file=sys.stderr)
