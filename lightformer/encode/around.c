@@ -53,7 +53,8 @@ static void choose_direction(const struct casting *job, const float normal[3], u
     uint32_t quarter = quarters[y / LF_BLOCK % 2 * 2 + x / LF_BLOCK % 2];
     const float *u = job->spiral[(4 * lf_block_order[lf_block_place(x, y)] + quarter) * RAYS + ray];
     struct ng_local_direction l = ng_brdf_cosine(u[0], u[1], u[2]);
-    lf_lobe_to_world(normal, &l, out);
+    const struct lf_frame frame = lf_frame_around(normal[0], normal[1], normal[2]);
+    lf_lobe_to_world(&frame, &l, out);
 }
 
 static void cast_at(const struct casting *job, uint32_t x, uint32_t y, uint32_t ray)

@@ -7,39 +7,33 @@
 
 #include <string.h>
 
-#define RUN          1024  // pixels, a job
-#define LEAST_COSINE 1e-4f // of the viewer
+#define RUN 1024 // pixels, a job
 
 // ---- directions of the BRDF, for lights without a closed form ---------------------------------------------
 
 // One lane as numbers.
 struct lane {
-    float position[3], world[3], normal[3], flat[3], tangent[3], bitangent[3];
+    float world[3], f0[3];
+    struct lf_lobe lobe;
+    struct lf_frame frame; // around its normal
     struct ng_local_direction view;
-    float f0[3], roughness;
 };
 
 static void read_lane(const struct lf_light_clues *light, const struct lf_points *p, uint32_t i,
                       struct lane *out)
 {
-    float view[3];
+    float position[3];
     for (int c = 0; c < 3; c++) {
-        out->position[c] = p->position[c][i];
-        out->normal[c] = p->normal[c][i];
-        out->flat[c] = p->flat[c][i];
+        position[c] = p->position[c][i];
+        out->lobe.normal[c] = p->normal[c][i];
+        out->lobe.flat[c] = p->flat[c][i];
+        out->lobe.view[c] = p->view[c][i];
         out->f0[c] = p->f0[c][i];
-        view[c] = p->view[c][i];
     }
-    const float *n = out->normal;
-    float sign = copysignf(1.0f, n[2]), a = -1.0f / (sign + n[2]), b = n[0] * n[1] * a;
-    memcpy(out->tangent, (const float[3]){1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]},
-           sizeof out->tangent);
-    memcpy(out->bitangent, (const float[3]){b, sign + n[1] * n[1] * a, -n[1]}, sizeof out->bitangent);
-    out->roughness = p->roughness[i];
-    out->view.x = lf_dot(out->tangent, view);
-    out->view.y = lf_dot(out->bitangent, view);
-    out->view.z = fmaxf(lf_dot(n, view), LEAST_COSINE);
-    lf_to_world(&light->space, out->position, out->world);
+    out->lobe.roughness = p->roughness[i];
+    out->frame = lf_frame_around(p->normal[0][i], p->normal[1][i], p->normal[2][i]);
+    out->view = lf_lobe_view(&out->lobe, &out->frame);
+    lf_to_world(&light->space, position, out->world);
 }
 
 // What a direction meets of the light, as if there were nothing else.
@@ -83,7 +77,7 @@ static void meet(struct meeting *m)
         add_meeting(m, &hit);
         return;
     }
-    lf_trace_origin(m->scene->tracer, m->lane->world, m->lane->flat, m->direction, ray.origin);
+    lf_trace_origin(m->scene->tracer, m->lane->world, m->lane->lobe.flat, m->direction, ray.origin);
     lf_trace_emitters(m->scene->tracer, &ray, meet_emitter, m);
 }
 
@@ -91,21 +85,19 @@ static void meet(struct meeting *m)
 static void add_direction(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
                           const struct lane *lane, const float u[3], float glossy[3])
 {
-    struct ng_local_direction h = ng_brdf_half(lane->view, lane->roughness, u[0], u[1], u[2]);
+    float roughness = lane->lobe.roughness;
+    struct ng_local_direction h = ng_brdf_half(lane->view, roughness, u[0], u[1], u[2]);
     struct ng_local_direction l = ng_brdf_reflect(lane->view, h);
-    float direction[3];
-    lf_scale(lane->normal, l.z, direction);
-    lf_mad(direction, lane->tangent, l.x, direction);
-    lf_mad(direction, lane->bitangent, l.y, direction);
-    float pdf = ng_brdf_sample_pdf(lane->view.z, h.z, lane->roughness);
-    if (!(l.z > 0) || !(lf_dot(direction, lane->flat) > 0) || !(pdf > 0) || !lf_normalize(direction))
+    float direction[3], pdf = ng_brdf_sample_pdf(lane->view.z, h.z, roughness);
+    lf_lobe_to_world(&lane->frame, &l, direction);
+    if (!(l.z > 0) || !(lf_dot(direction, lane->lobe.flat) > 0) || !(pdf > 0))
         return;
     struct meeting m = {
         .scene = scene, .light = light, .lane = lane, .direction = direction, .pdf = pdf * LF_LOBE_SAMPLES};
     meet(&m);
     float vh = fmaxf(lane->view.x * h.x + lane->view.y * h.y + lane->view.z * h.z, 0);
     float square = light->space.radius * light->space.radius / light->phi;
-    float lobe = ng_brdf_lobe(l.z, lane->view.z, h.z, lane->roughness) * l.z * square;
+    float lobe = ng_brdf_lobe(l.z, lane->view.z, h.z, roughness) * l.z * square;
     for (int c = 0; c < 3; c++)
         glossy[c] += lf_finite(lobe * ng_brdf_f(vh, lane->f0[c]) * m.sum[c]);
 }

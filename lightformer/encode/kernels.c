@@ -9,7 +9,6 @@
 
 #define LANES          _Pragma("omp simd") for (int i = 0; i < LF_LANES; i++)
 #define LEAST_DISTANCE 1e-12f // squared
-#define GRAZING        1e-4f  // least cosine of the viewer, as in lightformer/reference
 
 // What does not change from sample to sample.
 struct surface {
@@ -39,12 +38,13 @@ static void see(const struct lf_points *p, struct surface *s)
         float vx = p->view[0][i], vy = p->view[1][i], vz = p->view[2][i];
         float nv = dot(nx, ny, nz, vx, vy, vz);
         float fx = vx - nx * nv, fy = vy - ny * nv, fz = vz - nz * nv;
-        float scale = ng_sqrt((1 - GRAZING * GRAZING) / ng_max(dot(fx, fy, fz, fx, fy, fz), 1e-20f));
-        bool away = nv < GRAZING;
-        s->view[0][i] = away ? fx * scale + nx * GRAZING : vx;
-        s->view[1][i] = away ? fy * scale + ny * GRAZING : vy;
-        s->view[2][i] = away ? fz * scale + nz * GRAZING : vz;
-        nv = away ? GRAZING : nv;
+        float scale =
+            ng_sqrt((1 - LF_LEAST_COSINE * LF_LEAST_COSINE) / ng_max(dot(fx, fy, fz, fx, fy, fz), 1e-20f));
+        bool away = nv < LF_LEAST_COSINE;
+        s->view[0][i] = away ? fx * scale + nx * LF_LEAST_COSINE : vx;
+        s->view[1][i] = away ? fy * scale + ny * LF_LEAST_COSINE : vy;
+        s->view[2][i] = away ? fz * scale + nz * LF_LEAST_COSINE : vz;
+        nv = away ? LF_LEAST_COSINE : nv;
         s->nv[i] = nv;
         float alpha = ng_brdf_alpha(p->roughness[i]), smith = ng_brdf_smith(nv, alpha);
         s->alpha[i] = alpha;
@@ -53,19 +53,16 @@ static void see(const struct lf_points *p, struct surface *s)
     }
 }
 
-// A frame around a unit normal without a branch that jumps (Duff et al. 2017).
-static void make_frames(const struct lf_points *p, struct surface *s)
+static void make_frames(const float normal[3][LF_LANES], float tangent[3][LF_LANES],
+                        float bitangent[3][LF_LANES])
 {
     LANES
     {
-        float x = p->normal[0][i], y = p->normal[1][i], z = p->normal[2][i];
-        float sign = z < 0 ? -1.0f : 1.0f, a = -1.0f / (sign + z), b = x * y * a;
-        s->tangent[0][i] = 1 + sign * x * x * a;
-        s->tangent[1][i] = sign * b;
-        s->tangent[2][i] = -sign * x;
-        s->bitangent[0][i] = b;
-        s->bitangent[1][i] = sign + y * y * a;
-        s->bitangent[2][i] = -y;
+        const struct lf_frame frame = lf_frame_around(normal[0][i], normal[1][i], normal[2][i]);
+        for (int c = 0; c < 3; c++) {
+            tangent[c][i] = frame.tangent[c];
+            bitangent[c][i] = frame.bitangent[c];
+        }
     }
 }
 
@@ -144,17 +141,11 @@ static void find_caps(const struct lf_light_shape *shape, const struct lf_points
         float height = sine2 / (1 + ng_sqrt(ng_max(1 - sine2, 0.0f)));
         cap->height[i] = outside ? height : 0;
         cap->density[i] = outside ? 1 / (2 * NG_SHADER_PI * ng_max(height, 1e-20f)) : 0;
-        float sign = z < 0 ? -1.0f : 1.0f, a = -1.0f / (sign + z), b = x * y * a;
         cap->axis[0][i] = x;
         cap->axis[1][i] = y;
         cap->axis[2][i] = z;
-        cap->tangent[0][i] = 1 + sign * x * x * a;
-        cap->tangent[1][i] = sign * b;
-        cap->tangent[2][i] = -sign * x;
-        cap->bitangent[0][i] = b;
-        cap->bitangent[1][i] = sign + y * y * a;
-        cap->bitangent[2][i] = -y;
     }
+    make_frames(cap->axis, cap->tangent, cap->bitangent);
 }
 
 // Uniform over the cap; `u` as lf_lobe_samples.
@@ -351,7 +342,7 @@ static inline void light_surfaces(const struct lf_light_shape *shape, const stru
         add_light_samples(shape, p, &s, lobes, &sums);
     }
     if (lobes > 0 && shape->emitter >= LF_EMITTER_RECTANGLE) {
-        make_frames(p, &s);
+        make_frames(p->normal, s.tangent, s.bitangent);
         add_lobes(shape, p, &s, &cap, &sums);
     }
     finish(p, &sums, out);

@@ -4,6 +4,7 @@
 
 #include "light/unit_shape.h"
 #include "lightformer/trace/tracer.h"
+#include "lightformer/trace/vec.h"
 #include "shaders/shared/brdf.h"
 
 #include <math.h>
@@ -101,16 +102,16 @@ static inline struct vec to_local(const struct lf_wave *w, struct vec d, uint32_
                         dot(load(w->normal, i), d)};
 }
 
-// A frame around a unit normal without a branch that jumps (Duff et al. 2017).
 static void make_frames(struct lf_wave *w)
 {
     uint32_t lanes = whole_blocks(w);
     LANES
     {
         struct vec n = load(w->normal, i);
-        float sign = n.z < 0 ? -1.0f : 1.0f, a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-        store((struct vec){1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, w->tangent, i);
-        store((struct vec){b, sign + n.y * n.y * a, -n.y}, w->bitangent, i);
+        const struct lf_frame frame = lf_frame_around(n.x, n.y, n.z);
+        const float *t = frame.tangent, *b = frame.bitangent;
+        store((struct vec){t[0], t[1], t[2]}, w->tangent, i);
+        store((struct vec){b[0], b[1], b[2]}, w->bitangent, i);
     }
 }
 
