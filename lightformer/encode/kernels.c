@@ -397,6 +397,14 @@ struct halves {
     float tangent[LF_BLOCK_LANES]; // of the half vector, squared
 };
 
+// How much a ray from elsewhere counts, by the cosine between the normals and the height over the plane, in
+// grains. Far milder than lf_pixel_likeness: there a neighbour's answer is taken as it is, and holds for its
+// own normal; here what its ray met is weighed by this surface's own BRDF, so that bent surfaces may share.
+static inline float ray_likeness(float facing, float height)
+{
+    return ng_max(facing, 0.0f) / (1 + height * height);
+}
+
 static void find_halves(const struct lf_lobe *at, float grain, const struct lf_block_hits *h,
                         struct halves *out, float weight[LF_BLOCK_LANES])
 {
@@ -414,11 +422,11 @@ static void find_halves(const struct lf_lobe *at, float grain, const struct lf_b
         float nl = dot(n[0], n[1], n[2], wx, wy, wz), fl = dot(f[0], f[1], f[2], wx, wy, wz);
         float height = dot(n[0], n[1], n[2], h->from[0][i], h->from[1][i], h->from[2][i]) * per_grain;
         float facing = dot(n[0], n[1], n[2], h->normal[0][i], h->normal[1][i], h->normal[2][i]);
-        float like = ng_max(facing, 0.0f) / (1 + height * height), square = nh * nh;
+        float square = nh * nh;
         float kept = nl > 0 ? h->weight[i] : 0;
         kept = fl > 0 ? kept : 0;
         kept = nh > 0 ? kept : 0;
-        weight[i] = kept * like;
+        weight[i] = kept * ray_likeness(facing, height);
         out->cosine[i] = nl;
         out->nh[i] = ng_min(nh, 1.0f);
         float tangent = ng_max(1 - square, 0.0f) / ng_max(square, 1e-6f);

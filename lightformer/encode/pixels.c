@@ -168,6 +168,8 @@ void lf_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, int lane,
 
 // ---- the grid --------------------------------------------------------------------------------------------
 
+// Steep: light that falls on another pixel is right here only as far as normal and plane are the same. Rays
+// of reflections are shared more freely (kernels.c, ray_likeness).
 float lf_pixel_likeness(const struct lf_pixel_clues *p, size_t pixel, size_t other)
 {
     float height = 0, cosine = 0;
