@@ -48,8 +48,9 @@ struct lf_mirror_taps {
     uint16_t weight[LF_BLOCK_REACH * LF_BLOCK_REACH];
 };
 
-// Of what metals reflect all is seen, of what others do little: each has a density of rays of its own.
-enum lf_mirror_kind { LF_MIRROR_METAL, LF_MIRROR_GLOSS, LF_MIRROR_KINDS };
+// Of what metals reflect all is seen, of what others do little: each has a density of rays of its own. Pixels
+// of LF_MIRROR_NONE reflect nothing.
+enum lf_mirror_kind { LF_MIRROR_METAL, LF_MIRROR_GLOSS, LF_MIRROR_KINDS, LF_MIRROR_NONE = LF_MIRROR_KINDS };
 
 // Rays start at every `spacing`-th pixel each way, where the surface is of that kind.
 struct lf_mirror_lattice {
@@ -58,6 +59,7 @@ struct lf_mirror_lattice {
 };
 
 struct lf_mirror {
+    NG_ARRAY(unsigned char) kinds; // enum lf_mirror_kind of each pixel
     struct lf_mirror_lattice lattices[LF_MIRROR_KINDS];
     uint32_t first;                       // hits of rays from pixels, which come before those of reflections
     NG_ARRAY(struct lf_ray_end) hits;     // of a kind in the order of pixels

@@ -29,6 +29,7 @@ void lf_pixel_clues_destroy(struct lf_pixel_clues **clues)
     ng_array_finish(&p->memory.list);
     ng_array_finish(&p->grid_taps);
     ng_array_finish(&p->alone);
+    ng_array_finish(&p->reflections.kinds);
     for (int i = 0; i < LF_MIRROR_KINDS; i++)
         ng_array_finish(&p->reflections.lattices[i].hit_at);
     ng_array_finish(&p->reflections.hits);

@@ -7,11 +7,12 @@
 
 #include <string.h>
 
-#define PIXEL_CHANNELS 7 // nearness, albedo + F0, emission
-#define LEAST_PART     1e-3f
+#define ROWS           4     // of pixels, a job
+#define PIXEL_CHANNELS 7     // nearness, albedo + F0, emission
+#define LEAST_PART     1e-3f // of a lobe, for a mirror
 #define TAPS           (LF_BLOCK_REACH * LF_BLOCK_REACH)
 #define WHOLE          65535.0f // sum of a pixel's weights
-#define PLANE_GRAIN    0.05f
+#define RAY_GRAIN      0.05f // distance from a pixel's plane, in distances to the eye, that halves a weight
 
 struct cast {
     const struct lf_encode_scene *scene;
@@ -19,26 +20,51 @@ struct cast {
     float focal; // pixels
 };
 
-// Whether a pixel reflects, and as what; LF_MIRROR_KINDS: it does not.
-static enum lf_mirror_kind kind_of(const struct lf_pixel_clues *p, size_t pixel)
+// ---- kinds -----------------------------------------------------------------------------------------------
+
+static enum lf_mirror_kind find_kind(const struct lf_pixel_clues *p, size_t pixel)
 {
     float f0 = fmaxf(p->specular[0][pixel], fmaxf(p->specular[1][pixel], p->specular[2][pixel]));
     if (!(p->mask[pixel] > 0))
-        return LF_MIRROR_KINDS;
+        return LF_MIRROR_NONE;
     if (f0 > LF_METAL)
         return LF_MIRROR_METAL;
-    return p->roughness[pixel] < LF_SMOOTH ? LF_MIRROR_GLOSS : LF_MIRROR_KINDS;
+    return p->roughness[pixel] < LF_SMOOTH ? LF_MIRROR_GLOSS : LF_MIRROR_NONE;
+}
+
+static void find_kinds_of_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    struct lf_pixel_clues *p = user;
+    for (size_t i = (size_t)begin * p->width; i < (size_t)end * p->width; i++)
+        p->reflections.kinds.items[i] = (unsigned char)find_kind(p, i);
+}
+
+// Once, since pixels are counted and listed again and again: going through bytes costs next to nothing.
+static ng_result find_kinds(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
+{
+    if (!ng_array_resize(&p->reflections.kinds, (size_t)p->width * p->height))
+        return ng_out_of_memory("the reflections of a picture");
+    ng_jobs_for(scene->jobs, p->height, ROWS, find_kinds_of_rows, p);
+    return NG_OK;
 }
 
 // ---- rays ------------------------------------------------------------------------------------------------
 
 static uint32_t count_pixels(const struct lf_pixel_clues *p, enum lf_mirror_kind kind, uint32_t spacing)
 {
+    const unsigned char *kinds = p->reflections.kinds.items;
     uint32_t count = 0;
     for (size_t y = 0; y < p->height; y += spacing)
         for (size_t x = 0; x < p->width; x += spacing)
-            count += kind_of(p, y * p->width + x) == kind;
+            count += kinds[y * p->width + x] == kind;
     return count;
+}
+
+static void start_ray(struct lf_mirror *m, size_t pixel, uint32_t x, uint32_t y)
+{
+    m->hits.items[m->hits.count++] =
+        (struct lf_ray_end){.pixel = (uint32_t)pixel, .block = lf_block_place(x, y)};
 }
 
 static ng_result choose_pixels(enum lf_mirror_kind kind, uint32_t budget, struct lf_pixel_clues *p)
@@ -53,15 +79,15 @@ static ng_result choose_pixels(enum lf_mirror_kind kind, uint32_t budget, struct
     if (!ng_array_resize(&l->hit_at, (size_t)l->width * l->height) ||
         !ng_array_reserve(&m->hits, m->hits.count + count))
         return ng_out_of_memory("the reflections of a picture");
-    for (size_t i = 0; i < l->hit_at.count; i++) {
-        size_t x = i % l->width, y = i / l->width, pixel = (y * p->width + x) * l->spacing;
-        l->hit_at.items[i] = 0;
-        if (kind_of(p, pixel) != kind)
-            continue;
-        m->hits.items[m->hits.count++] =
-            (struct lf_ray_end){.pixel = (uint32_t)pixel, .block = lf_block_place((uint32_t)x, (uint32_t)y)};
-        l->hit_at.items[i] = (uint32_t)m->hits.count;
-    }
+    uint32_t *hit_at = l->hit_at.items;
+    for (uint32_t y = 0; y < l->height; y++)
+        for (uint32_t x = 0; x < l->width; x++, hit_at++) {
+            size_t pixel = ((size_t)y * p->width + x) * l->spacing;
+            bool starts = m->kinds.items[pixel] == kind;
+            if (starts)
+                start_ray(m, pixel, x, y);
+            *hit_at = starts ? (uint32_t)m->hits.count : 0;
+        }
     return NG_OK;
 }
 
@@ -100,7 +126,7 @@ static void choose_direction(const struct lf_lobe *at, const float u[3], float p
 static float part_of_lobe(const struct cast *cast, const struct lf_ray_end *hit, float roughness)
 {
     const struct lf_mirror *m = &cast->pixels->reflections;
-    float spacing = (float)m->lattices[kind_of(cast->pixels, hit->pixel)].spacing;
+    float spacing = (float)m->lattices[m->kinds.items[hit->pixel]].spacing;
     float spread = 0.5f * ng_brdf_alpha(roughness) * cast->focal / spacing; // in rays
     return ng_clamp(spread * spread, LEAST_PART, 1.0f);
 }
@@ -168,7 +194,7 @@ struct block {
 
 static struct block block_of(const struct lf_pixel_clues *p, uint32_t pixel)
 {
-    const struct lf_mirror_lattice *l = &p->reflections.lattices[kind_of(p, pixel)];
+    const struct lf_mirror_lattice *l = &p->reflections.lattices[p->reflections.kinds.items[pixel]];
     uint32_t x = pixel % p->width, y = pixel / p->width, half = LF_BLOCK_REACH / 2;
     return (struct block){l, (x + l->spacing / 2) / l->spacing - half,
                           (y + l->spacing / 2) / l->spacing - half};
@@ -216,7 +242,7 @@ static void find_taps(const struct lf_pixel_clues *p, const struct lf_kernels *k
     float weight[LF_BLOCK_LANES], sum = 0;
     lf_pixel_lobe(p, out->pixel, &lobe);
     gather_block(p, out->pixel, block);
-    kernels->reflect(&lobe, PLANE_GRAIN * p->distance[out->pixel] + 1e-12f, block, weight);
+    kernels->reflect(&lobe, RAY_GRAIN * p->distance[out->pixel] + 1e-12f, block, weight);
     for (uint32_t k = 0; k < TAPS; k++)
         sum += weight[k];
     bool any = sum > 0 && isfinite(sum);
@@ -238,13 +264,13 @@ static ng_result connect(const struct cast *cast)
 {
     struct lf_pixel_clues *p = cast->pixels;
     struct lf_mirror *m = &p->reflections;
-    size_t pixels = (size_t)p->width * p->height, count = 0;
-    for (size_t i = 0; m->hits.count && i < pixels; i++)
-        count += kind_of(p, i) != LF_MIRROR_KINDS;
+    size_t count = 0;
+    for (size_t i = 0; m->hits.count && i < m->kinds.count; i++)
+        count += m->kinds.items[i] != LF_MIRROR_NONE;
     if (!ng_array_resize(&m->taps, count))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0, next = 0; next < count; i++)
-        if (kind_of(p, i) != LF_MIRROR_KINDS)
+        if (m->kinds.items[i] != LF_MIRROR_NONE)
             m->taps.items[next++].pixel = (uint32_t)i;
     ng_jobs_for(cast->scene->jobs, (uint32_t)m->taps.count, 256, find_all_taps, (void *)cast);
     return NG_OK;
@@ -354,6 +380,7 @@ ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget, s
         return NG_OK;
     cast.focal = lf_finite((float)out->height / (2 * tanf(camera->fov_y / 2)));
     m->hits.count = 0;
+    NG_TRY(find_kinds(scene, out));
     NG_TRY(choose_pixels(LF_MIRROR_METAL, budget - budget / 4, out)); // at least one each
     NG_TRY(choose_pixels(LF_MIRROR_GLOSS, (budget + 3) / 4, out));
     if (!ng_array_resize(&m->rays, m->hits.count))
