@@ -5,7 +5,6 @@
 #include "components/light_directional.h"
 #include "components/light_point.h"
 #include "components/light_rectangle.h"
-#include "components/material.h"
 #include "components/scene_scale.h"
 #include "components/transform.h"
 #include "lightformer/encode/clues_internal.h"
@@ -15,7 +14,6 @@
 
 #define PI 3.14159265f
 
-static const float down[4] = {-0.70710678f, 0, 0, 0.70710678f}; // -Z to -Y
 static const float white[3] = {1, 1, 1}, grey[3] = {0.5f, 0.5f, 0.5f};
 
 static ng_entity add_point(struct scene *s, float intensity, const float position[3])
@@ -28,7 +26,7 @@ static ng_entity add_rectangle(struct scene *s, float radiance, const float posi
 {
     struct ng_light_rectangle light = {
         .on = true, .color = {1, 1, 1}, .radiance = radiance, .size = {0.6f, 0.4f}};
-    return scene_light(s, NG_LIGHT_RECTANGLE, &light, position, down);
+    return scene_light(s, NG_LIGHT_RECTANGLE, &light, position, scene_down);
 }
 
 // A smooth floor, a ball, a wall behind; two lights.
@@ -47,12 +45,9 @@ static void open_room(struct scene *s, uint32_t threads)
 static float *trace_layer(const struct scene *s, uint32_t size, uint32_t depth, uint32_t samples,
                           const char *name)
 {
-    struct lf_reference *r = scene_render(
+    return scene_render_layer(
         s, &(struct lf_reference_params){.width = size, .height = size, .depth = depth, .jobs = s->jobs},
-        samples);
-    float *layer = scene_layer(r, name);
-    lf_reference_destroy(&r);
-    return layer;
+        samples, name);
 }
 
 // ---- distances -------------------------------------------------------------------------------------------
@@ -132,7 +127,7 @@ static void parallel_light_begins_at_the_sphere(void **state)
     scene_quad(&s, (const float[3]){-3, 1, 3}, (const float[3]){3, 0, 0}, (const float[3]){0, 0, -6},
                material);
     struct ng_light_directional sun = {.on = true, .color = {1, 1, 1}, .irradiance = 2};
-    scene_light(&s, NG_LIGHT_DIRECTIONAL, &sun, (const float[3]){0, 0, 0}, down);
+    scene_light(&s, NG_LIGHT_DIRECTIONAL, &sun, (const float[3]){0, 0, 0}, scene_down);
     scene_frame(&s, 0);
     picture_encode(&p, &s, 32, 32);
     const float *far = picture_view(&p, 0, LF_INPUT_VIEW_DISTANCE, 0),
@@ -244,16 +239,13 @@ static void mirrors_show_what_is_lit(void **state)
     struct picture p = {0};
     scene_open(&s, 2);
     ng_entity mirror = scene_material(&s, white, 1, 0.05f), wall = scene_material(&s, grey, 0, 1),
-              glow = scene_material(&s, white, 0, 1);
-    struct ng_material *m = ng_world_edit(s.world, glow, NG_MATERIAL);
-    m->emissive[1] = 1;
-    m->emissive_strength = 5;
+              glow = scene_glow(&s, (const float[3]){0, 5, 0});
     scene_quad(&s, (const float[3]){-2, -1, 2}, (const float[3]){4, 0, 0}, (const float[3]){0, 0, -3.9f},
                mirror);
     scene_quad(&s, (const float[3]){0, -1, -2}, (const float[3]){2, 0, 0}, (const float[3]){0, 4, 0}, wall);
     scene_quad(&s, (const float[3]){-2, -1, -2}, (const float[3]){2, 0, 0}, (const float[3]){0, 4, 0}, glow);
     add_point(&s, 2, lamp);
-    scene_frame(&s, 0);
+    scene_frame_warned(&s, 0);
     picture_encode(&p, &s, SIZE, SIZE);
     float radius = s.snapshot->scene_radius,
           unit = *lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE];
@@ -565,7 +557,7 @@ static void encode_scaled(float scale, struct scene *s, struct picture *p)
     scene_sphere(s, (const float[3]){0.2f * k, -0.4f * k, 0}, 0.6f * k, false, smooth);
     struct ng_light_rectangle light = {
         .on = true, .color = {1, 1, 1}, .radiance = 2, .size = {0.6f * k, 0.4f * k}};
-    scene_light(s, NG_LIGHT_RECTANGLE, &light, (const float[3]){0.7f * k, 1.4f * k, 0}, down);
+    scene_light(s, NG_LIGHT_RECTANGLE, &light, (const float[3]){0.7f * k, 1.4f * k, 0}, scene_down);
     ((struct ng_transform *)ng_world_edit(s->world, s->camera, NG_TRANSFORM))->translation[2] = 5 * k;
     scene_frame(s, 0);
     picture_encode(p, s, 32, 32);

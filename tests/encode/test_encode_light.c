@@ -11,15 +11,12 @@
 #include "components/light_rectangle.h"
 #include "components/light_sphere.h"
 #include "components/light_spot.h"
-#include "components/material.h"
 #include "lightformer/encode/kernels.h"
 #include "scene/world.h"
 
 #include <math.h>
 
 enum { SIZE = 40 };
-
-static const float down[4] = {-0.70710678f, 0, 0, 0.70710678f}; // -Z to -Y
 
 // A floor and a ball of one material, seen from (0, 0, 5).
 static void open_scene(struct scene *s, float metallic, float roughness)
@@ -34,9 +31,9 @@ static void open_scene(struct scene *s, float metallic, float roughness)
 // Mean square of the difference, relative as the project's RSE is.
 static double error_of(const struct scene *s, const struct picture *p, uint32_t spp)
 {
-    struct lf_reference *r = scene_render(
-        s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 2, .jobs = s->jobs}, spp);
-    float *truth = scene_layer(r, "unshadowed");
+    float *truth = scene_render_layer(
+        s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 2, .jobs = s->jobs}, spp,
+        "unshadowed");
     float unit = *lf_pixel_clues_values(p->pixels)->of[LF_INPUT_FRAME_RADIANCE];
     double mean = 0, error = 0;
     for (int i = 0; i < 3 * SIZE * SIZE; i++)
@@ -53,7 +50,6 @@ static double error_of(const struct scene *s, const struct picture *p, uint32_t 
             error += (ours - b) * (ours - b) / (b * b + 0.01) / (3 * SIZE * SIZE);
         }
     free(truth);
-    lf_reference_destroy(&r);
     return error;
 }
 
@@ -95,7 +91,7 @@ static void unshadowed_light_is_the_path_tracers(void **state)
             struct scene s;
             struct picture p = {0};
             open_scene(&s, materials[m].metallic, materials[m].roughness);
-            scene_light(&s, lights[l].type, lights[l].light, (const float[3]){0.3f, 1.6f, 0.4f}, down);
+            scene_light(&s, lights[l].type, lights[l].light, (const float[3]){0.3f, 1.6f, 0.4f}, scene_down);
             scene_frame(&s, 0);
             picture_encode(&p, &s, SIZE, SIZE);
             double error = error_of(&s, &p, lights[l].bound < 1e-4f ? 8 : 400);
@@ -116,11 +112,8 @@ static void emissive_meshes_too(void **state)
         struct scene s;
         struct picture p = {0};
         open_scene(&s, materials[m].metallic, materials[m].roughness);
-        ng_entity glow = scene_material(&s, (const float[3]){0, 0, 0}, 0, 1);
-        struct ng_material *material = ng_world_edit(s.world, glow, NG_MATERIAL);
-        material->emissive[0] = material->emissive[1] = material->emissive[2] = 2;
         ng_entity e = scene_quad(&s, (const float[3]){-0.5f, 1.5f, -0.3f}, (const float[3]){1, 0, 0},
-                                 (const float[3]){0, 0, 0.8f}, glow);
+                                 (const float[3]){0, 0, 0.8f}, scene_glow(&s, (const float[3]){2, 2, 2}));
         OK(ng_world_add(s.world, e, NG_LIGHT_MESH,
                         &(struct ng_light_mesh){.on = true, .color = {1, 1, 1}, .scale = 1}));
         scene_frame(&s, 0);

@@ -42,7 +42,6 @@ ng_entity room_add_point(struct room *r, const float position[3], float intensit
 
 static void add_lights(struct room *r, unsigned lights)
 {
-    static const float down[4] = {-0.70710678f, 0, 0, 0.70710678f}; // -Z to -Y
     const struct ng_light_rectangle panel = {
         .on = true, .color = {0.7f, 0.8f, 1}, .radiance = 9, .size = {0.8f, 0.5f}};
     const struct ng_light_spot spot = {
@@ -50,10 +49,12 @@ static void add_lights(struct room *r, unsigned lights)
     if (lights & POINT)
         r->point = room_add_point(r, (const float[3]){0.4f, 0.3f, 0.9f}, 6);
     if (lights & PANEL)
-        r->panel = scene_light(&r->scene, NG_LIGHT_RECTANGLE, &panel, (const float[3]){-0.3f, 1.9f, 0}, down);
+        r->panel =
+            scene_light(&r->scene, NG_LIGHT_RECTANGLE, &panel, (const float[3]){-0.3f, 1.9f, 0}, scene_down);
     // Sees a patch of the floor at the right, and nothing else.
     if (lights & SPOT)
-        r->spot = scene_light(&r->scene, NG_LIGHT_SPOT, &spot, (const float[3]){1.5f, 1.5f, -1.5f}, down);
+        r->spot =
+            scene_light(&r->scene, NG_LIGHT_SPOT, &spot, (const float[3]){1.5f, 1.5f, -1.5f}, scene_down);
 }
 
 void room_open(struct room *r, unsigned lights)

@@ -4,6 +4,8 @@
 #include "asset/gltf.h"
 #include "base/jobs.h"
 #include "components/camera.h"
+#include "components/light_environment.h"
+#include "components/light_point.h"
 #include "components/material.h"
 #include "components/mesh.h"
 #include "components/name.h"
@@ -66,6 +68,15 @@ void scene_frame(struct scene *s, double time)
     OK(lf_light_choice_update(&s->lights, s->snapshot));
 }
 
+void scene_frame_warned(struct scene *s, double time)
+{
+    struct test_log log;
+    test_log_begin(&log);
+    scene_frame(s, time);
+    test_log_end(&log);
+    assert_int_equal(log.warnings, 1);
+}
+
 ng_entity scene_entity(struct scene *s, const char *name, const float position[3], const float rotation[4])
 {
     ng_entity e = ng_entity_create(s->world);
@@ -88,6 +99,15 @@ ng_entity scene_material(struct scene *s, const float base[3], float metallic, f
     memcpy(m->base_color, base, sizeof m->base_color);
     m->metallic = metallic;
     m->roughness = roughness;
+    return e;
+}
+
+ng_entity scene_glow(struct scene *s, const float radiance[3])
+{
+    ng_entity e = scene_material(s, (const float[3]){0, 0, 0}, 0, 1);
+    struct ng_material *m = ng_world_edit(s->world, e, NG_MATERIAL);
+    memcpy(m->emissive, radiance, sizeof m->emissive);
+    m->emissive_strength = 1;
     return e;
 }
 
@@ -164,6 +184,20 @@ ng_entity scene_light(struct scene *s, ng_component type, const void *light, con
     return e;
 }
 
+const float scene_down[4] = {-0.70710678f, 0, 0, 0.70710678f};
+
+ng_entity scene_point(struct scene *s, float intensity, const float position[3])
+{
+    const struct ng_light_point light = {.on = true, .color = {1, 1, 1}, .intensity = intensity};
+    return scene_light(s, NG_LIGHT_POINT, &light, position, NULL);
+}
+
+ng_entity scene_sky(struct scene *s)
+{
+    const struct ng_light_environment light = {.on = true, .color = {1, 1, 1}, .intensity = 1};
+    return scene_light(s, NG_LIGHT_ENVIRONMENT, &light, (const float[3]){0, 0, 0}, NULL);
+}
+
 // ---- estimates -------------------------------------------------------------------------------------------
 struct estimate scene_estimate(const struct scene *s, const struct lf_primary *primary, uint32_t samples,
                                uint32_t depth, enum lf_sampler_kind kind, uint64_t seed, size_t part)
@@ -224,4 +258,13 @@ float *scene_layer(const struct lf_reference *reference, const char *name)
     struct lf_layer layer;
     OK(lf_reference_layer(reference, name, &layer));
     return layer.pixels;
+}
+
+float *scene_render_layer(const struct scene *s, const struct lf_reference_params *params, uint32_t samples,
+                          const char *name)
+{
+    struct lf_reference *r = scene_render(s, params, samples);
+    float *layer = scene_layer(r, name);
+    lf_reference_destroy(&r);
+    return layer;
 }

@@ -42,10 +42,14 @@ void scene_open(struct scene *s, uint32_t threads);
 void scene_load(struct scene *s, uint32_t threads, const char *path); // a glTF file instead
 void scene_close(struct scene *s);
 void scene_frame(struct scene *s, double time);
+// The same, where one warning is expected: a material emits and is no light.
+void scene_frame_warned(struct scene *s, double time);
 
 // Rotations are quaternions; null: none.
 ng_entity scene_entity(struct scene *s, const char *name, const float position[3], const float rotation[4]);
 ng_entity scene_material(struct scene *s, const float base[3], float metallic, float roughness);
+// Black, and emits `radiance`.
+ng_entity scene_glow(struct scene *s, const float radiance[3]);
 // A parallelogram that faces along u x v.
 ng_entity scene_quad(struct scene *s, const float corner[3], const float u[3], const float v[3],
                      ng_entity material);
@@ -53,6 +57,10 @@ ng_entity scene_quad(struct scene *s, const float corner[3], const float u[3], c
 ng_entity scene_sphere(struct scene *s, const float center[3], float radius, bool inside, ng_entity material);
 ng_entity scene_light(struct scene *s, ng_component type, const void *light, const float position[3],
                       const float rotation[4]);
+extern const float scene_down[4]; // turns -Z, where lights shine, to -Y
+// White.
+ng_entity scene_point(struct scene *s, float intensity, const float position[3]);
+ng_entity scene_sky(struct scene *s); // of radiance 1
 
 // ---- estimates -------------------------------------------------------------------------------------------
 struct estimate {
@@ -84,5 +92,8 @@ struct estimate scene_irradiance_(const struct scene *s, const float position[3]
 struct lf_reference *scene_render(const struct scene *s, const struct lf_reference_params *params,
                                   uint32_t samples);
 float *scene_layer(const struct lf_reference *reference, const char *name); // free()
+// Renders, and keeps one layer. free() it.
+float *scene_render_layer(const struct scene *s, const struct lf_reference_params *params, uint32_t samples,
+                          const char *name);
 
 #endif

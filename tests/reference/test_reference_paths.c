@@ -6,10 +6,8 @@
 #include "components/camera.h"
 #include "components/light_disk.h"
 #include "components/light_environment.h"
-#include "components/light_point.h"
 #include "components/light_rectangle.h"
 #include "components/light_sphere.h"
-#include "components/material.h"
 #include "components/transform.h"
 #include "lightformer/trace/vec.h"
 #include "scene/world.h"
@@ -48,8 +46,7 @@ static void check_furnace(float base, float metallic, float roughness, double co
 {
     struct scene s;
     scene_open(&s, 1);
-    struct ng_light_environment white = {.on = true, .color = {1, 1, 1}, .intensity = 1};
-    scene_light(&s, NG_LIGHT_ENVIRONMENT, &white, origin, NULL);
+    scene_sky(&s);
     const float grey[3] = {base, base, base};
     scene_quad(&s, (const float[3]){-1, -1, 0}, (const float[3]){2, 0, 0}, (const float[3]){0, 2, 0},
                scene_material(&s, grey, metallic, roughness));
@@ -92,8 +89,7 @@ static void test_nothing_leaves_a_closed_box_without_light(void **state)
     (void)state;
     struct scene s;
     scene_open(&s, 1);
-    struct ng_light_environment white = {.on = true, .color = {1, 1, 1}, .intensity = 1};
-    scene_light(&s, NG_LIGHT_ENVIRONMENT, &white, origin, NULL);
+    scene_sky(&s);
     scene_sphere(&s, origin, 1, true, scene_material(&s, (const float[3]){1, 1, 1}, 0, 1));
     scene_frame(&s, 0);
     struct lf_reference *r =
@@ -146,8 +142,7 @@ static void check_sphere(float base, float roughness)
 {
     struct scene s;
     scene_open(&s, 2);
-    struct ng_light_point light = {.on = true, .color = {1, 1, 1}, .intensity = 2};
-    scene_light(&s, NG_LIGHT_POINT, &light, origin, NULL);
+    scene_point(&s, 2, origin);
     scene_sphere(&s, origin, 2, true, scene_material(&s, (const float[3]){base, base, base}, 0, roughness));
     struct ng_transform *t = ng_world_edit(s.world, s.camera, NG_TRANSFORM);
     t->translation[0] = 1.2f;
@@ -352,11 +347,10 @@ static void test_company_and_instructions_do_not_change_a_byte(void **state)
     // Lights of the other kinds, and surfaces in the same place, of which a ray may meet either.
     struct ng_light_sphere sphere = {.on = true, .color = {1, 1, 1}, .radiance = 3, .radius = 0.2f};
     struct ng_light_disk disk = {.on = true, .color = {1, 1, 1}, .radiance = 2, .radius = 0.3f};
-    struct ng_light_point point = {.on = true, .color = {1, 1, 1}, .intensity = 1};
     struct ng_light_environment sky = {.on = true, .color = {0.2f, 0.3f, 1}, .intensity = 0.3f};
     scene_light(&s, NG_LIGHT_SPHERE, &sphere, (const float[3]){1, 1, 1}, NULL);
     scene_light(&s, NG_LIGHT_DISK, &disk, (const float[3]){1, -1, 1.5f}, NULL);
-    scene_light(&s, NG_LIGHT_POINT, &point, (const float[3]){-0.5f, 0, 1}, NULL);
+    scene_point(&s, 1, (const float[3]){-0.5f, 0, 1});
     scene_light(&s, NG_LIGHT_ENVIRONMENT, &sky, (const float[3]){0, 0, 0}, NULL);
     for (int i = 0; i < 6; i++) {
         const float paint[3] = {0.1f + 0.15f * (float)i, 0.9f - 0.15f * (float)i, 0.5f};
@@ -507,19 +501,11 @@ static void test_emission_without_a_light_is_indirect(void **state)
 {
     (void)state;
     struct scene s;
-    struct test_log log;
     scene_open(&s, 1);
-    ng_entity glow = scene_material(&s, origin, 0, 1);
-    struct ng_material *m = ng_world_edit(s.world, glow, NG_MATERIAL);
-    m->emissive[0] = m->emissive[1] = m->emissive[2] = 1;
-    m->emissive_strength = 2;
     // Faces down, all around the receiver: it sees nothing else of the upper half.
     scene_quad(&s, (const float[3]){-500, 500, 1}, (const float[3]){1000, 0, 0},
-               (const float[3]){0, -1000, 0}, glow);
-    test_log_begin(&log);
-    scene_frame(&s, 0);
-    test_log_end(&log);
-    assert_int_equal(log.warnings, 1);
+               (const float[3]){0, -1000, 0}, scene_glow(&s, (const float[3]){2, 2, 2}));
+    scene_frame_warned(&s, 0);
     struct estimate direct = scene_irradiance(&s, origin, up, 100, direct);
     assert_true(direct.mean == 0);
     ESTIMATES(scene_irradiance(&s, origin, up, 4000, indirect), 2 * PI, 5e-3, 0.01);
@@ -563,26 +549,17 @@ static void test_antialiasing_is_a_tent(void **state)
     (void)state;
     static const double expected[2][4] = {{1, 1, 0, 0}, {1, 0.875, 0.125, 0}};
     struct scene s;
-    struct test_log log;
     scene_open(&s, 1);
-    ng_entity glow = scene_material(&s, origin, 0, 1);
-    struct ng_material *m = ng_world_edit(s.world, glow, NG_MATERIAL);
-    m->emissive[0] = m->emissive[1] = m->emissive[2] = 1;
-    m->emissive_strength = 1;
     scene_quad(&s, (const float[3]){-50, -50, 0}, (const float[3]){50, 0, 0}, (const float[3]){0, 100, 0},
-               glow);
-    test_log_begin(&log); // it emits and is no light
-    scene_frame(&s, 0);
-    test_log_end(&log);
+               scene_glow(&s, (const float[3]){1, 1, 1}));
+    scene_frame_warned(&s, 0);
     for (int antialias = 0; antialias < 2; antialias++) {
-        struct lf_reference *r = scene_render(
+        float *emission = scene_render_layer(
             &s, &(struct lf_reference_params){.width = 4, .height = 1, .antialias = antialias, .depth = 1},
-            256);
-        float *emission = scene_layer(r, "emission");
+            256, "emission");
         for (int i = 0; i < 4; i++)
             NEAR(emission[i * 3], expected[antialias][i], antialias ? 0.01 : 0);
         free(emission);
-        lf_reference_destroy(&r);
     }
     scene_close(&s);
 }
@@ -612,8 +589,7 @@ static void test_a_sample_that_is_no_number_stops_the_picture(void **state)
     scene_open(&s, 2);
     ng_entity broken = scene_material(&s, (const float[3]){NAN, 0.5f, 0.5f}, 0, 1);
     scene_quad(&s, (const float[3]){-3, -3, 0}, (const float[3]){6, 0, 0}, (const float[3]){0, 6, 0}, broken);
-    struct ng_light_point light = {.on = true, .color = {1, 1, 1}, .intensity = 2};
-    scene_light(&s, NG_LIGHT_POINT, &light, (const float[3]){0, 0, 2}, NULL);
+    scene_point(&s, 2, (const float[3]){0, 0, 2});
     scene_frame(&s, 0);
     struct lf_reference *r;
     struct test_log log;
