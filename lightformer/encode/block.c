@@ -5,8 +5,9 @@
 
 #include <string.h>
 
-#define ROWS   4    // a job
-#define NARROW 0.1f // alpha
+#define ROWS   4      // a job
+#define NARROW 0.1f   // alpha
+#define SAME   0.999f // likeness of lobes
 
 const unsigned char lf_block_order[LF_BLOCK * LF_BLOCK] = {0, 8,  2, 10, 12, 4, 14, 6,
                                                            3, 11, 1, 9,  15, 7, 13, 5};
@@ -17,26 +18,27 @@ void lf_block_window(float at, float out[LF_BLOCK_REACH])
         out[i] = ng_clamp(0.5f * LF_BLOCK + 0.5f - fabsf((float)i - at), 0.0f, 1.0f);
 }
 
-struct average {
+// Opinions of a pixel and its neighbours in its row.
+static unsigned char *opinions_of(const struct lf_block_rays *rays)
+{
+    return (unsigned char *)rays->scratch;
+}
+
+struct asking {
     const struct lf_pixel_clues *pixels;
-    const float *part, *weight;
-    bool lobes;
-    unsigned char *opinions; // of a pixel and its neighbours in its row
-    float *out;
+    const struct lf_block_rays *rays;
 };
 
-// What pixels found, as sets of these.
-enum { LIT = 1, HIDDEN = 2 };
-
 // Most blocks are of one opinion: then nothing has to be weighed. Sets of bytes are found out quickly.
-static void ask_row(const struct average *a, uint32_t y)
+static void ask_row(const struct asking *a, uint32_t y)
 {
     const uint32_t width = a->pixels->width, half = LF_BLOCK_HALF;
-    const float *part = a->part + (size_t)y * width, *weight = a->weight + (size_t)y * width;
-    unsigned char *out = a->opinions + (size_t)y * width;
+    const float *part = a->rays->part + (size_t)y * width, *weight = a->rays->weight + (size_t)y * width;
+    unsigned char *out = opinions_of(a->rays) + (size_t)y * width;
     memset(out, 0, width);
     for (uint32_t x = 0; x < width; x++) {
-        unsigned char found = (unsigned char)((part[x] > 0 ? LIT : 0) | (part[x] < 1 ? HIDDEN : 0));
+        unsigned char found =
+            (unsigned char)((part[x] > 0 ? LF_BLOCK_LIT : 0) | (part[x] < 1 ? LF_BLOCK_HIDDEN : 0));
         found = weight[x] > 0 ? found : 0;
         uint32_t end = x + half < width ? x + half + 1 : width;
         for (uint32_t i = x > half ? x - half : 0; found && i < end; i++)
@@ -49,6 +51,13 @@ static void ask_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     NG_UNUSED(worker);
     for (uint32_t y = begin; y < end; y++)
         ask_row(user, y);
+}
+
+void lf_block_ask(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                  const struct lf_block_rays *rays)
+{
+    struct asking asking = {pixels, rays};
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, ask_rows, &asking);
 }
 
 // The neighbours of a pixel, within the picture.
@@ -64,6 +73,25 @@ static struct neighbours find_neighbours(const struct lf_pixel_clues *p, uint32_
                                y + half < p->height ? y + half + 1 : p->height};
 }
 
+unsigned lf_block_opinions(const struct lf_pixel_clues *pixels, const struct lf_block_rays *rays, uint32_t x,
+                           uint32_t y)
+{
+    struct neighbours n = find_neighbours(pixels, x, y);
+    unsigned opinions = 0;
+    for (size_t row = n.y0; row < n.y1; row++)
+        opinions |= opinions_of(rays)[row * pixels->width + x];
+    return opinions;
+}
+
+// ---- averages --------------------------------------------------------------------------------------------
+
+struct average {
+    const struct lf_pixel_clues *pixels;
+    const struct lf_block_rays *rays;
+    bool lobes;
+    float *out;
+};
+
 // How much of a neighbour's lobe is in the pixel's: GGX of the normal between, the peak being 1.
 static float lobe_likeness(const struct lf_pixel_clues *p, size_t pixel, size_t other)
 {
@@ -75,11 +103,12 @@ static float lobe_likeness(const struct lf_pixel_clues *p, size_t pixel, size_t 
     return 1 / (spread * spread);
 }
 
-// A narrow lobe has one answer, which its own rays know better than those of its neighbours.
-static bool is_sure(const struct average *a, size_t pixel)
+// A narrow lobe has an answer of its own, which only neighbours know that look into the same directions.
+static float lobe_weight(const struct lf_pixel_clues *p, size_t pixel, size_t other)
 {
-    return ng_brdf_alpha(a->pixels->roughness[pixel]) < NARROW && a->weight[pixel] > 0 &&
-           (a->part[pixel] <= 0 || a->part[pixel] >= 1);
+    float likeness = lobe_likeness(p, pixel, other);
+    bool narrow = ng_brdf_alpha(p->roughness[pixel]) < NARROW;
+    return narrow && likeness < SAME ? 0 : likeness;
 }
 
 static float weigh(const struct average *a, uint32_t x, uint32_t y)
@@ -92,33 +121,30 @@ static float weigh(const struct average *a, uint32_t x, uint32_t y)
     for (uint32_t row = n.y0; row < n.y1; row++)
         for (uint32_t column = n.x0; column < n.x1; column++) {
             size_t other = (size_t)row * p->width + column;
-            if (!(a->weight[other] > 0))
+            if (!(a->rays->weight[other] > 0))
                 continue;
-            float weight = a->weight[other] * window[row + LF_BLOCK_HALF - y] *
+            float weight = a->rays->weight[other] * window[row + LF_BLOCK_HALF - y] *
                            window[column + LF_BLOCK_HALF - x] * lf_pixel_likeness(p, pixel, other);
             if (a->lobes)
-                weight *= lobe_likeness(p, pixel, other);
+                weight *= lobe_weight(p, pixel, other);
             weights += weight;
-            sum += weight * a->part[other];
+            sum += weight * a->rays->part[other];
         }
-    return weights > 0 && isfinite(weights) ? sum / weights : a->part[pixel];
+    return weights > 0 && isfinite(weights) ? sum / weights : a->rays->part[pixel];
 }
 
 static void average_row(const struct average *a, uint32_t y)
 {
     const struct lf_pixel_clues *p = a->pixels;
-    struct neighbours n = find_neighbours(p, 0, y);
     for (uint32_t x = 0; x < p->width; x++) {
         size_t pixel = (size_t)y * p->width + x;
-        unsigned opinions = 0;
-        for (size_t row = n.y0; row < n.y1; row++)
-            opinions |= a->opinions[row * p->width + x];
-        bool agreed = opinions != (LIT | HIDDEN);
-        a->out[pixel] = opinions == LIT ? 1 : 0;
+        unsigned opinions = lf_block_opinions(p, a->rays, x, y);
+        bool agreed = opinions != (LF_BLOCK_LIT | LF_BLOCK_HIDDEN);
+        a->out[pixel] = opinions == LF_BLOCK_LIT ? 1 : 0;
         if (!(p->mask[pixel] > 0))
             a->out[pixel] = 0;
         else if (!agreed)
-            a->out[pixel] = a->lobes && is_sure(a, pixel) ? a->part[pixel] : weigh(a, x, y);
+            a->out[pixel] = weigh(a, x, y);
     }
 }
 
@@ -132,7 +158,6 @@ static void average_rows(void *user, uint32_t begin, uint32_t end, uint32_t work
 void lf_block_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                       const struct lf_block_rays *rays, bool lobes, float *out)
 {
-    struct average average = {pixels, rays->part, rays->weight, lobes, (unsigned char *)rays->scratch, out};
-    ng_jobs_for(scene->jobs, pixels->height, ROWS, ask_rows, &average);
+    struct average average = {pixels, rays, lobes, out};
     ng_jobs_for(scene->jobs, pixels->height, ROWS, average_rows, &average);
 }

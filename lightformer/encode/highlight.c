@@ -1,13 +1,15 @@
 // Whether highlights are in shadow. How much of a light reaches a pixel (reach.c) is one thing; a highlight
 // of a smooth surface shows one small part of the light, and where that part is hidden the highlight is gone,
 // however bright it would have been. So where glossy light counts, rays go to the parts of the light that
-// directions of the BRDF come nearest to: a quarter of sixteen, another one in each of four neighbours.
+// directions of the BRDF come nearest to: a quarter of sixteen, another one in each of four neighbours; and
+// where neighbours found different things, which are few, all sixteen.
 #include "lightformer/encode/clues_internal.h"
 
 #include <string.h>
 
 #define ROWS         4 // of pixels, a job
-#define RAYS         4 // a pixel
+#define QUARTERS     4 // of the directions
+#define RAYS         (LF_LOBE_SAMPLES / QUARTERS)
 #define REACH        0.999f
 #define INSIDE       0.98f // of an emitter's extent
 #define LEAST_GLOSSY 0.01f // in units of the radiance that the light's power spread evenly would have
@@ -99,6 +101,11 @@ static void nearest(const struct lf_light_shape *s, const struct place *at, cons
         nearest_of_samples(s, at, direction, out);
 }
 
+static uint32_t quarter_of(uint32_t x, uint32_t y)
+{
+    return lf_block_order[lf_block_place(x, y)] / (LF_BLOCK * LF_BLOCK / QUARTERS);
+}
+
 // What the BRDF makes of light from a unit direction; 0 from below the surface.
 static float weight_of(const struct place *at, const float direction[3])
 {
@@ -121,26 +128,54 @@ static bool is_lit(const struct search *s, const struct place *at, const float d
     return !lf_trace_occluded(s->scene->tracer, &ray);
 }
 
-// A quarter of the directions, from the lobe's middle outward; four pixels have all of them.
+// Of a pixel's directions, weighed: how many, and how many of them are lit.
+struct share {
+    float lit, sum;
+};
+
+// Every fourth direction, from the lobe's middle outward.
+static void add_quarter(const struct search *s, const struct place *at, uint32_t quarter, struct share *share)
+{
+    for (uint32_t k = 0; k < RAYS; k++) {
+        float direction[3], target[3];
+        lf_lobe_direction(&at->lobe, lf_lobe_samples[k * QUARTERS + quarter], direction);
+        nearest(&s->light->shape, at, direction, target);
+        lf_mad(target, at->position, -1, direction);
+        float distance = sqrtf(lf_dot(direction, direction));
+        float weight = lf_normalize(direction) ? weight_of(at, direction) : 0;
+        share->sum += weight;
+        share->lit += weight > 0 && is_lit(s, at, direction, distance) ? weight : 0;
+    }
+}
+
+static void set_share(const struct search *s, size_t pixel, const struct share *share, uint32_t quarters)
+{
+    s->rays->part[pixel] = share->sum > 0 ? share->lit / share->sum : 0;
+    s->rays->weight[pixel] = share->sum / (float)quarters;
+}
+
+// Four pixels have all of the directions.
 static void find_pixel(const struct search *s, uint32_t x, uint32_t y)
 {
     size_t pixel = (size_t)y * s->pixels->width + x;
-    uint32_t quarter = lf_block_order[lf_block_place(x, y)] / RAYS;
     struct place at;
-    float lit = 0, sum = 0;
+    struct share share = {0};
     read_place(s->pixels, pixel, &at);
-    for (uint32_t k = 0; k < RAYS; k++) {
-        float direction[3], target[3];
-        lf_lobe_direction(&at.lobe, lf_lobe_samples[k * (LF_LOBE_SAMPLES / RAYS) + quarter], direction);
-        nearest(&s->light->shape, &at, direction, target);
-        lf_mad(target, at.position, -1, direction);
-        float distance = sqrtf(lf_dot(direction, direction));
-        float weight = lf_normalize(direction) ? weight_of(&at, direction) : 0;
-        sum += weight;
-        lit += weight > 0 && is_lit(s, &at, direction, distance) ? weight : 0;
-    }
-    s->rays->part[pixel] = sum > 0 ? lit / sum : 0;
-    s->rays->weight[pixel] = sum;
+    add_quarter(s, &at, quarter_of(x, y), &share);
+    set_share(s, pixel, &share, 1);
+}
+
+static void refine_pixel(const struct search *s, uint32_t x, uint32_t y)
+{
+    size_t pixel = (size_t)y * s->pixels->width + x;
+    struct place at;
+    struct share share = {.sum = s->rays->weight[pixel]};
+    share.lit = share.sum * s->rays->part[pixel];
+    read_place(s->pixels, pixel, &at);
+    for (uint32_t quarter = 0; quarter < QUARTERS; quarter++)
+        if (quarter != quarter_of(x, y))
+            add_quarter(s, &at, quarter, &share);
+    set_share(s, pixel, &share, QUARTERS);
 }
 
 static bool counts(const struct search *s, size_t pixel)
@@ -163,6 +198,18 @@ static void find_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
         }
 }
 
+static void refine_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct search *s = user;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < s->pixels->width; x++) {
+            bool asked = s->rays->weight[(size_t)y * s->pixels->width + x] > 0;
+            if (asked && lf_block_opinions(s->pixels, s->rays, x, y) == (LF_BLOCK_LIT | LF_BLOCK_HIDDEN))
+                refine_pixel(s, x, y);
+        }
+}
+
 // Elsewhere, and where no direction came near the light, what reaches the pixel is all the same.
 static void fill_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
@@ -179,6 +226,8 @@ void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pix
 {
     struct search s = {scene, pixels, light, glossy, reached, rays, out};
     ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &s);
+    lf_block_ask(scene, pixels, rays);
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, refine_rows, &s);
     lf_block_average(scene, pixels, rays, true, out);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &s);
 }

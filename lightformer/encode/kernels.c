@@ -9,6 +9,7 @@
 
 #define LANES          _Pragma("omp simd") for (int i = 0; i < LF_LANES; i++)
 #define LEAST_DISTANCE 1e-12f // squared
+#define LEAST_BLUR     1e-3f  // of an edge, in half widths of the light
 
 // What does not change from sample to sample.
 struct surface {
@@ -251,10 +252,28 @@ static void reflect(const struct lf_points *p, const struct surface *s, const fl
     }
 }
 
-// Density with which the light's own samples find each direction, per solid angle; 0 where it misses.
-static void meet_plane(const struct lf_light_shape *shape, const struct lf_points *p,
-                       const struct reflection *r, float count, float density[LF_LANES])
+// What directions meet of the light.
+struct meeting {
+    float density[LF_LANES]; // with which the light's own samples find the direction, per solid angle
+    float part[LF_LANES];    // 1; less where it is the light's edge that is met, 0 beside it
+};
+
+// How much of [a - half, a + half] is within [-1, 1].
+static inline float overlap(float a, float half)
 {
+    float width = ng_min(a + half, 1.0f) - ng_max(a - half, -1.0f);
+    return ng_max(width, 0.0f) / (2 * half);
+}
+
+// A direction stands for a sixteenth of its lobe, which is as wide as the density is low. Since all pixels
+// take the same sixteen, an edge would show as that many steps; so it is blurred by the width on the light's
+// plane.
+static void meet_plane(const struct lf_light_shape *shape, const struct lf_points *p,
+                       const struct reflection *r, float count, struct meeting *m)
+{
+    const float *u = shape->u, *v = shape->v;
+    float per_u = ng_sqrt(dot(u[0], u[1], u[2], u[0], u[1], u[2])),
+          per_v = ng_sqrt(dot(v[0], v[1], v[2], v[0], v[1], v[2]));
     bool disk = shape->emitter == LF_EMITTER_DISK;
     LANES
     {
@@ -264,32 +283,40 @@ static void meet_plane(const struct lf_light_shape *shape, const struct lf_point
         float height = -dot(x, y, z, shape->normal[0], shape->normal[1], shape->normal[2]);
         float slope = ng_max(cosine, 1e-6f), t = height / slope;
         x = r->x[i] * t - x, y = r->y[i] * t - y, z = r->z[i] * t - z;
-        float a = dot(x, y, z, shape->u[0], shape->u[1], shape->u[2]);
-        float b = dot(x, y, z, shape->v[0], shape->v[1], shape->v[2]);
-        float extent = disk ? a * a + b * b : ng_max(ng_abs(a), ng_abs(b));
+        float a = dot(x, y, z, u[0], u[1], u[2]), b = dot(x, y, z, v[0], v[1], v[2]);
+        float chosen = LF_LOBE_SAMPLES * r->pdf[i];
+        float half = 0.5f * t * ng_sqrt(1 / ng_max(chosen * slope, 1e-12f));
+        float half_u = ng_max(half * per_u, LEAST_BLUR), half_v = ng_max(half * per_v, LEAST_BLUR);
+        float across = ng_sqrt(a * a + b * b), half_disk = ng_sqrt(half_u * half_v);
+        float of_disk = overlap(across, half_disk) * ng_min(1.0f, NG_SHADER_PI / (4 * half_disk));
+        m->part[i] = disk ? of_disk : overlap(a, half_u) * overlap(b, half_v);
         float found = count * t * t / (shape->area * slope);
         found = height > 0 ? found : 0;
-        found = cosine > 1e-6f ? found : 0;
-        density[i] = extent <= 1 ? found : 0;
+        m->density[i] = cosine > 1e-6f ? found : 0;
     }
 }
 
-static void meet_cap(const struct cap *cap, const struct reflection *r, float count, float density[LF_LANES])
+static void meet_cap(const struct cap *cap, const struct reflection *r, float count, struct meeting *m)
 {
     LANES
     {
         float cosine = dot(r->x[i], r->y[i], r->z[i], cap->axis[0][i], cap->axis[1][i], cap->axis[2][i]);
-        density[i] = 1 - cosine < cap->height[i] ? count * cap->density[i] : 0;
+        float chosen = LF_LOBE_SAMPLES * r->pdf[i];
+        float radius = ng_sqrt(2 * ng_max(cap->height[i], 1e-12f)); // half angles, nearly
+        float half = ng_max(0.5f * ng_sqrt(1 / ng_max(chosen, 1e-12f)) / radius, LEAST_BLUR);
+        float across = ng_sqrt(2 * ng_max(1 - cosine, 0.0f)) / radius;
+        m->part[i] = overlap(across, half) * ng_min(1.0f, NG_SHADER_PI / (4 * half));
+        m->density[i] = count * cap->density[i];
     }
 }
 
 static void add_reflection(const struct lf_light_shape *shape, const struct reflection *r,
-                           const float density[LF_LANES], struct sums *sums)
+                           const struct meeting *m, struct sums *sums)
 {
     LANES
     {
-        bool meets = density[i] > 0 && r->pdf[i] > 0;
-        float light = meets ? r->value[i] / (LF_LOBE_SAMPLES * r->pdf[i] + density[i]) : 0;
+        bool meets = m->density[i] > 0 && r->pdf[i] > 0;
+        float light = meets ? r->value[i] * m->part[i] / (LF_LOBE_SAMPLES * r->pdf[i] + m->density[i]) : 0;
         for (int c = 0; c < 3; c++) {
             sums->facing[c][i] += light * (1 - r->m5[i]) * shape->radiance[c];
             sums->grazing[c][i] += light * r->m5[i] * shape->radiance[c];
@@ -302,13 +329,13 @@ static void add_lobes(const struct lf_light_shape *shape, const struct lf_points
 {
     for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
         struct reflection r;
-        float density[LF_LANES];
+        struct meeting m;
         reflect(p, s, lf_lobe_samples[k], &r);
         if (shape->emitter == LF_EMITTER_SPHERE)
-            meet_cap(cap, &r, LF_LOBE_SAMPLES, density);
+            meet_cap(cap, &r, LF_LOBE_SAMPLES, &m);
         else
-            meet_plane(shape, p, &r, (float)shape->sample_count, density);
-        add_reflection(shape, &r, density, sums);
+            meet_plane(shape, p, &r, (float)shape->sample_count, &m);
+        add_reflection(shape, &r, &m, sums);
     }
 }
 
