@@ -233,7 +233,7 @@ static void spreading_is_close_to_summing(void **state)
 static void mirrors_show_what_is_lit(void **state)
 {
     NG_UNUSED(state);
-    enum { SIZE = 64 };
+    enum { SIZE = 256 };
     static const float lamp[3] = {1, 1, 2};
     struct scene s;
     struct picture p = {0};
@@ -261,13 +261,14 @@ static void mirrors_show_what_is_lit(void **state)
             way += (hit[c] - x[c]) * (hit[c] - x[c]);
             square += (lamp[c] - hit[c]) * (lamp[c] - hit[c]);
         }
-        if (fabsf(hit[0]) < 0.3f || fabsf(hit[0]) > 1.7f || hit[1] > 2.5f ||
-            x[2] < -0.2f) // at the edges it takes from inside, and far away rays are far apart
+        // At edges it takes from inside; at the wall's foot rays that are neighbours go ways of different
+        // lengths.
+        if (fabsf(hit[0]) < 0.1f || fabsf(hit[0]) > 1.9f || hit[1] > 2.5f || x[2] < -1.2f)
             continue;
         float nearness = picture_pixels(&p, LF_INPUT_PIXEL_MIRROR, 0)[i];
-        NEAR(nearness, 1 / (1 + sqrtf(way) / radius), 0.03);
+        NEAR(nearness, 1 / (1 + sqrtf(way) / radius), 0.015);
         if (hit[0] < 0) {
-            NEAR(picture_pixels(&p, LF_INPUT_PIXEL_MIRROR_EMISSION, 1)[i], 5 / unit, 0.02 * 5 / (double)unit);
+            NEAR(picture_pixels(&p, LF_INPUT_PIXEL_MIRROR_EMISSION, 1)[i], 5 / unit, 1e-3 * 5 / (double)unit);
             assert_true(picture_pixels(&p, LF_INPUT_PIXEL_MIRROR_EMISSION, 0)[i] == 0);
             glowing++;
             continue;
@@ -278,12 +279,12 @@ static void mirrors_show_what_is_lit(void **state)
               expected = 0.5f / PI * cosine / square / (4 * PI) * radius * radius;
         float seen = picture_view(&p, 0, LF_INPUT_VIEW_MIRROR, 0)[i] /
                      lf_light_clues_values(p.light[0])->of[LF_INPUT_LIGHT_COLOR][0];
-        if (!(fabsf(seen / expected - 1) <
-              0.08f)) // Fresnel takes some of the diffuse light and gives some glossy
+        // Fresnel takes some of the diffuse light and gives some glossy.
+        if (!(fabsf(seen / expected - 1) < 0.03f))
             fail_msg("%g instead of %g", (double)seen, (double)expected);
         lit++;
     }
-    assert_true(lit > 100 && glowing > 100);
+    assert_true(lit > 5000 && glowing > 5000);
     picture_close(&p);
     scene_close(&s);
 }
@@ -322,7 +323,7 @@ static void what_mirrors_show_is_shadowed(void **state)
 static void highlights_are_shadowed(void **state)
 {
     NG_UNUSED(state);
-    enum { SIZE = 96 };
+    enum { SIZE = 128 };
     struct scene s;
     struct picture p = {0};
     scene_open(&s, 2);
@@ -333,7 +334,7 @@ static void highlights_are_shadowed(void **state)
     add_rectangle(&s, 3, (const float[3]){0, 0.2f, -2.5f});
     scene_frame(&s, 0);
     picture_encode(&p, &s, SIZE, SIZE);
-    float *truth = trace_layer(&s, SIZE, 2, 300, "direct"),
+    float *truth = trace_layer(&s, SIZE, 2, 150, "direct"),
           unit = *lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE];
     double with = 0, without = 0, size = 0;
     for (size_t i = 0; i < SIZE * SIZE; i++) {
@@ -349,7 +350,7 @@ static void highlights_are_shadowed(void **state)
     }
     print_message("highlights: %.2g of the error without rays, %.2g of the light\n", with / without,
                   with / size);
-    assert_true(size > 0 && with < 0.1 * without && with < 0.15 * size);
+    assert_true(size > 0 && with < 0.07 * without && with < 0.12 * size);
     free(truth);
     picture_close(&p);
     scene_close(&s);
