@@ -286,9 +286,11 @@ static void show_title(struct viewer *v, double seconds)
     for (uint32_t i = 0; i < VIEW_SIDES; i++)
         describe_side(v, i, sides[i], sizeof sides[i]);
     bool both = v->picture.comparison;
-    snprintf(title, sizeof title, "%s - %.1f ms - %s%s%s - %s at %.2f s", ng_path_name(v->args->scene),
-             v->frame_ms, sides[VIEW_LEFT], both ? " | " : "", both ? sides[VIEW_RIGHT] : "",
-             v->playback.playing ? "playing" : "paused", v->playback.time);
+    // The number of frames is for those who wait until what they did can be seen (tests/view).
+    snprintf(title, sizeof title, "%s - %.1f ms - %s%s%s - %s at %.2f s - frame %u",
+             ng_path_name(v->args->scene), v->frame_ms, sides[VIEW_LEFT], both ? " | " : "",
+             both ? sides[VIEW_RIGHT] : "", v->playback.playing ? "playing" : "paused", v->playback.time,
+             v->frames);
     ng_window_set_title(v->window, title);
 }
 
