@@ -350,7 +350,7 @@ static void highlights_are_shadowed(void **state)
     }
     print_message("highlights: %.2g of the error without rays, %.2g of the light\n", with / without,
                   with / size);
-    assert_true(size > 0 && with < 0.07 * without && with < 0.12 * size);
+    assert_true(size > 0 && with < 0.06 * without && with < 0.09 * size);
     free(truth);
     picture_close(&p);
     scene_close(&s);
