@@ -19,11 +19,6 @@
 
 #include <string.h>
 
-static const struct lf_value *value_at(const struct lf_planner *p, uint32_t value)
-{
-    return &p->net->values.items[value];
-}
-
 static const struct lf_op *op_at(const struct lf_planner *p, size_t op)
 {
     return &p->net->ops.items[op];
@@ -65,7 +60,7 @@ static enum lf_stage home_of(const struct lf_value *v)
 
 static void collect(struct lf_planner *p, enum lf_stage stage, uint32_t value)
 {
-    const struct lf_value *v = value_at(p, value);
+    const struct lf_value *v = lf_value_at(p, value);
     enum lf_stage home = home_of(v);
     if (v->op == LF_NO_VALUE)
         return;
@@ -117,10 +112,10 @@ static void find_efforts(struct lf_planner *p)
 {
     for (size_t i = 0; i < p->net->ops.count; i++) {
         const struct lf_op *op = op_at(p, i);
-        uint32_t effort = effort_of(op->kind) * value_at(p, op->out)->channels;
-        bool cheap = effort && lf_is_picture(value_at(p, op->out)->domain);
+        uint32_t effort = effort_of(op->kind) * lf_value_at(p, op->out)->channels;
+        bool cheap = effort && lf_is_picture(lf_value_at(p, op->out)->domain);
         for (uint32_t k = 0; cheap && k < op->in_count; k++) {
-            const struct lf_value *in = value_at(p, op->in[k]);
+            const struct lf_value *in = lf_value_at(p, op->in[k]);
             bool picture = lf_is_picture(in->domain) && in->op != LF_NO_VALUE;
             cheap = !picture || p->effort.items[in->op];
             effort += picture ? p->effort.items[in->op] : in->channels;
@@ -134,7 +129,7 @@ static void find_efforts(struct lf_planner *p)
 // The operation of this stage that makes a value, or null.
 static const struct lf_op *maker(const struct lf_planner *p, uint32_t value)
 {
-    uint32_t op = value_at(p, value)->op;
+    uint32_t op = lf_value_at(p, value)->op;
     return op != LF_NO_VALUE && p->runs[p->stage].items[op] ? op_at(p, op) : NULL;
 }
 
@@ -148,7 +143,7 @@ static uint32_t index_of(const struct lf_planner *p, const struct lf_op *op)
 static uint32_t distance(const struct lf_planner *p, const struct lf_op *op, const struct lf_op *from)
 {
     return lf_op_is_spatial(op->kind) || lf_op_reduces(p->net, from) ||
-           value_at(p, from->out)->rows != LF_NO_VALUE ||
+           lf_value_at(p, from->out)->rows != LF_NO_VALUE ||
            !same_grid(lf_op_grid(p->net, op), lf_op_grid(p->net, from));
 }
 
@@ -206,7 +201,7 @@ static bool judge_wait(struct lf_planner *p, const struct lf_op *op, uint32_t ra
     for (uint32_t k = 0; k < op->in_count; k++) {
         const struct lf_op *from = maker(p, op->in[k]);
         bool lies_stored = p->kept.items[op->in[k]];
-        if (!from || is_made_again(p, from, op) || !lf_is_picture(value_at(p, op->in[k])->domain) ||
+        if (!from || is_made_again(p, from, op) || !lf_is_picture(lf_value_at(p, op->in[k])->domain) ||
             lf_op_is_spatial(op->kind))
             continue;
         first_reader(p, from, &lies_stored);
@@ -256,7 +251,7 @@ static bool read_elsewhere(const struct lf_planner *p, const struct lf_op *op)
 
 static bool add_image(struct lf_planner *p, uint32_t value)
 {
-    const struct lf_value *v = value_at(p, value);
+    const struct lf_value *v = lf_value_at(p, value);
     enum lf_image_owner owner = p->stage == LF_STAGE_VIEW && p->kept.items[value] ? LF_IMAGE_ENCODING
                                 : p->stage == LF_STAGE_GATHER && v->domain == LF_DOMAIN_VIEW
                                     ? LF_IMAGE_LIGHT
@@ -278,7 +273,7 @@ static bool find_stored(struct lf_planner *p)
         if (!p->runs[p->stage].items[i])
             continue;
         p->stored.items[i] = read_elsewhere(p, op) && !lf_op_reduces(p->net, op);
-        enum lf_net_domain domain = value_at(p, op->out)->domain;
+        enum lf_net_domain domain = lf_value_at(p, op->out)->domain;
         bool vector = domain == LF_DOMAIN_FRAME || domain == LF_DOMAIN_LIGHT;
         if (p->stored.items[i] && !vector && !add_image(p, op->out))
             return false;

@@ -71,8 +71,9 @@ static float weight_of(const struct tile *t, uint32_t value)
 
 // ---- Loads and stores -----------------------------------------------------------------------------------
 
-static void load_input(const struct tile *t, const struct lf_code *code, float *out)
+static void load_input(const struct tile *t, const struct lf_code *code)
 {
+    float *out = rows_at(t, code->out);
     const struct lf_run *run = t->run;
     const struct lf_value *v = value_at(t, code->value);
     const struct lf_net_values *values =
@@ -86,8 +87,9 @@ static void load_input(const struct tile *t, const struct lf_code *code, float *
     }
 }
 
-static void load_vector(const struct tile *t, const struct lf_code *code, float *out)
+static void load_vector(const struct tile *t, const struct lf_code *code)
 {
+    float *out = rows_at(t, code->out);
     memset(out, 0, (size_t)code->channels * LF_ROW * sizeof *out);
     for (uint32_t x = 0; x < t->valid; x++) {
         const float *vector = vector_of(t, code->value, t->x + x);
@@ -96,9 +98,10 @@ static void load_vector(const struct tile *t, const struct lf_code *code, float 
     }
 }
 
-static void store_vector(const struct tile *t, const struct lf_code *code, const float *in)
+static void store_vector(const struct tile *t, const struct lf_code *code)
 {
     const struct lf_value *v = value_at(t, code->value);
+    const float *in = rows_at(t, code->a);
     for (uint32_t x = 0; x < t->valid; x++) {
         float *vector = vector_of(t, code->value, t->x + x);
         for (uint32_t c = 0; c < v->channels; c++)
@@ -106,8 +109,9 @@ static void store_vector(const struct tile *t, const struct lf_code *code, const
     }
 }
 
-static void spread(const struct tile *t, const struct lf_code *code, float *out)
+static void spread(const struct tile *t, const struct lf_code *code)
 {
+    float *out = rows_at(t, code->out);
     const float *vector = vector_of(t, code->value, t->light);
     for (uint32_t c = 0; c < code->channels; c++, out += LF_ROW)
         for (uint32_t x = 0; x < t->width; x++)
@@ -130,9 +134,10 @@ static void load_packed(const struct tile *t, const struct lf_code *code)
 }
 
 // What lies beyond the picture's edge stays zero.
-static void store_packed(const struct tile *t, const struct lf_code *code, const uint32_t *in)
+static void store_packed(const struct tile *t, const struct lf_code *code)
 {
     const struct lf_image *image = image_at(t, code->image);
+    const uint32_t *in = packed_at(t, code->packed);
     for (uint32_t row = 0; row < code->rows; row++, in += LF_ROW)
         memcpy(lf_image_at(image, t->y, row) + t->x, in, t->valid * sizeof *in);
 }
@@ -305,81 +310,47 @@ static void attend_end(const struct tile *t, const struct lf_code *code)
     t->run->executor->kernel->attend_end(&call);
 }
 
-static void run_code(const struct tile *t, const struct lf_code *code)
+static void normalize(const struct tile *t, const struct lf_code *code)
 {
-    const struct lf_kernel *kernel = t->run->executor->kernel;
-    switch (code->kind) {
-    case LF_CODE_LOAD_INPUT:
-        load_input(t, code, rows_at(t, code->out));
-        break;
-    case LF_CODE_LOAD_VECTOR:
-        load_vector(t, code, rows_at(t, code->out));
-        break;
-    case LF_CODE_SPREAD:
-        spread(t, code, rows_at(t, code->out));
-        break;
-    case LF_CODE_LOAD_IMAGE:
-        load_image(t, code);
-        break;
-    case LF_CODE_LOAD_PACKED:
-        load_packed(t, code);
-        break;
-    case LF_CODE_PACK:
-        pack(t, code);
-        break;
-    case LF_CODE_PRODUCT:
-        multiply(t, code);
-        break;
-    case LF_CODE_PAIRWISE:
-        pairwise(t, code);
-        break;
-    case LF_CODE_EACH:
-        each(t, code);
-        break;
-    case LF_CODE_COPY:
-        copy(t, code);
-        break;
-    case LF_CODE_DOT:
-        dot(t, code);
-        break;
-    case LF_CODE_NORMALIZE:
-        kernel->normalize(rows_at(t, code->a), code->channels, t->width, rows_at(t, code->out));
-        break;
-    case LF_CODE_RESAMPLE:
-        kernel->resample(code->each, image_at(t, code->image), t->x, t->y, t->width, rows_at(t, code->out));
-        break;
-    case LF_CODE_CLEAR:
-        clear(t, code);
-        break;
-    case LF_CODE_ADD_SCALED:
-        kernel->add_scaled(rows_at(t, code->a), weight_of(t, code->value), code->channels, t->width,
-                           rows_at(t, code->out));
-        break;
-    case LF_CODE_ATTEND:
-        attend(t, code);
-        break;
-    case LF_CODE_ATTEND_END:
-        attend_end(t, code);
-        break;
-    case LF_CODE_STORE_IMAGE:
-        store_image(t, code);
-        break;
-    case LF_CODE_STORE_PACKED:
-        store_packed(t, code, packed_at(t, code->packed));
-        break;
-    case LF_CODE_STORE_VECTOR:
-        store_vector(t, code, rows_at(t, code->a));
-        break;
-    case LF_CODE_STORE_OUTPUT:
-        store_output(t, code);
-        break;
-    case LF_CODE_REDUCE:
-        reduce(t, code);
-        break;
-    case LF_CODE_COUNT:
-        break;
-    }
+    t->run->executor->kernel->normalize(rows_at(t, code->a), code->channels, t->width, rows_at(t, code->out));
 }
+
+static void resample(const struct tile *t, const struct lf_code *code)
+{
+    t->run->executor->kernel->resample(code->each, image_at(t, code->image), t->x, t->y, t->width,
+                                       rows_at(t, code->out));
+}
+
+static void add_scaled(const struct tile *t, const struct lf_code *code)
+{
+    t->run->executor->kernel->add_scaled(rows_at(t, code->a), weight_of(t, code->value), code->channels,
+                                         t->width, rows_at(t, code->out));
+}
+
+static void (*const run_code[LF_CODE_COUNT])(const struct tile *t, const struct lf_code *code) = {
+    [LF_CODE_LOAD_INPUT] = load_input,
+    [LF_CODE_LOAD_VECTOR] = load_vector,
+    [LF_CODE_SPREAD] = spread,
+    [LF_CODE_LOAD_IMAGE] = load_image,
+    [LF_CODE_LOAD_PACKED] = load_packed,
+    [LF_CODE_PACK] = pack,
+    [LF_CODE_PRODUCT] = multiply,
+    [LF_CODE_PAIRWISE] = pairwise,
+    [LF_CODE_EACH] = each,
+    [LF_CODE_COPY] = copy,
+    [LF_CODE_DOT] = dot,
+    [LF_CODE_NORMALIZE] = normalize,
+    [LF_CODE_RESAMPLE] = resample,
+    [LF_CODE_CLEAR] = clear,
+    [LF_CODE_ADD_SCALED] = add_scaled,
+    [LF_CODE_ATTEND] = attend,
+    [LF_CODE_ATTEND_END] = attend_end,
+    [LF_CODE_STORE_IMAGE] = store_image,
+    [LF_CODE_STORE_PACKED] = store_packed,
+    [LF_CODE_STORE_VECTOR] = store_vector,
+    [LF_CODE_STORE_OUTPUT] = store_output,
+    [LF_CODE_REDUCE] = reduce,
+};
 
 // ---- Tiles ----------------------------------------------------------------------------------------------
 
@@ -411,7 +382,7 @@ static void run_codes(const struct tile *t, uint32_t begin, uint32_t end)
     for (uint32_t i = begin; i < end; i++) {
         const struct lf_code *code = &e->plan.codes.items[i];
         uint64_t start = e->profiling ? ng_clock_ns() : 0;
-        run_code(t, code);
+        run_code[code->kind](t, code);
         if (e->profiling)
             note_figures(t, code, ng_clock_ns() - start);
     }
