@@ -108,9 +108,10 @@ uint32_t lf_light_clues_light(const struct lf_light_clues *clues)
     return clues->light;
 }
 
-void lf_light_clues_set_light(struct lf_light_clues *clues, uint32_t light)
+void lf_light_clues_follow(struct lf_light_clues *clues, const struct ng_snapshot *snapshot, uint32_t light)
 {
     clues->light = clues->data.index = light;
+    ng_light_unit(&snapshot->lights[light].source, &clues->unit);
 }
 
 double lf_pixel_clues_ms(const struct lf_pixel_clues *clues, enum lf_encode_stage stage)

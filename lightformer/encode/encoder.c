@@ -582,7 +582,7 @@ static ng_result list_lights(struct lf_encoder *self, struct ng_composer *compos
         light->rsm_key = rsm_key(frame, light->maps->light);
         light->points_key = points_key(self, frame->snapshot, light);
         light->view_key = ng_hash_combine(light->points_key, screen);
-        lf_light_clues_set_light(light->slot->clues, light->maps->light);
+        lf_light_clues_follow(light->slot->clues, frame->snapshot, light->maps->light);
         self->clues.items[i] = light->slot->clues;
     }
     return NG_OK;

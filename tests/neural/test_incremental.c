@@ -2,6 +2,7 @@
 #include "neural_test.h"
 
 #include "base/rng.h"
+#include "components/light_environment.h"
 #include "components/light_point.h"
 #include "components/light_rectangle.h"
 #include "components/material.h"
@@ -276,6 +277,31 @@ static void another_method_encodes_nothing(void **state)
     watch_close(&w);
 }
 
+// As undo and redo do while another method is shown: the same light, but its tables lie elsewhere.
+static void a_light_that_comes_back_is_followed(void **state)
+{
+    NG_UNUSED(state);
+    const struct ng_light_environment sky = {.on = true, .color = {1, 1, 1}, .intensity = 1};
+    struct room r;
+    struct method kept, full;
+    room_open(&r, 0);
+    ng_entity light = scene_light(&r.scene, NG_LIGHT_ENVIRONMENT, &sky, (const float[3]){0}, NULL);
+    method_open(&r, NULL, &kept);
+    room_draw(&r, &kept);
+    OK(ng_world_remove(r.scene.world, light, NG_LIGHT_ENVIRONMENT));
+    scene_frame(&r.scene, 0); // and is not drawn
+    OK(ng_world_add(r.scene.world, light, NG_LIGHT_ENVIRONMENT, &sky));
+    room_move(&r, r.scene.camera, 0.1f, 0, 0);
+    room_draw(&r, &kept);
+    assert_int_equal(lf_neural_counters_of(kept.neural).encoder.rsm, 1);
+    method_open(&r, NULL, &full);
+    OK(room_draw_again(&r, &full));
+    assert_same_picture(&r, &kept, &full, "a light came back");
+    method_close(&full);
+    method_close(&kept);
+    room_close(&r);
+}
+
 // ---- the graph -------------------------------------------------------------------------------------------
 
 static bool ran(struct ng_renderer *renderer, const char *pass)
@@ -389,6 +415,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(only_what_depends_on_a_change_is_redone),
         cmocka_unit_test(another_method_encodes_nothing),
+        cmocka_unit_test(a_light_that_comes_back_is_followed),
         cmocka_unit_test(each_light_has_a_node_of_its_own),
         cmocka_unit_test(maps_are_drawn_only_if_they_are_read),
         cmocka_unit_test(maps_and_rays_see_the_same),
