@@ -71,9 +71,16 @@ static void *worker_main(void *arg)
     return NULL;
 }
 
+// One a processor, unless there are more of them than threads can be.
+static uint32_t choose_threads(void)
+{
+    uint32_t processors = ng_system_processors();
+    return processors < MAX_THREADS ? processors : MAX_THREADS;
+}
+
 ng_result ng_jobs_create(const struct ng_jobs_params *params, struct ng_jobs **out)
 {
-    uint32_t threads = params && params->threads ? params->threads : ng_system_processors();
+    uint32_t threads = params && params->threads ? params->threads : choose_threads();
     NG_REQUIRE(threads <= MAX_THREADS, "at most %u threads", MAX_THREADS);
     struct ng_jobs *j = calloc(1, sizeof *j + threads * sizeof j->workers[0]);
     if (!j)

@@ -13,7 +13,7 @@
 struct ng_jobs;
 
 struct ng_jobs_params {
-    uint32_t threads; // workers including the caller; 0: one a processor
+    uint32_t threads; // workers including the caller, at most 256; 0: one a processor
 };
 
 NG_NODISCARD ng_result ng_jobs_create(const struct ng_jobs_params *params, struct ng_jobs **out);
