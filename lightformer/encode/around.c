@@ -11,16 +11,6 @@
 #define DIRECTIONS (SIDE * SIDE * RAYS)
 _Static_assert(LF_AROUND_REACH == SIDE + 1, "a block whose outer points count half");
 
-static size_t pixel_of(const struct lf_pixel_clues *p, uint32_t x, uint32_t y)
-{
-    return (size_t)y * LF_BOUNCE_STEP * p->width + (size_t)x * LF_BOUNCE_STEP;
-}
-
-static size_t count_points(const struct lf_pixel_clues *p)
-{
-    return (size_t)p->grid_width * p->grid_height;
-}
-
 // ---- rays ------------------------------------------------------------------------------------------------
 
 struct casting {
@@ -28,21 +18,6 @@ struct casting {
     struct lf_pixel_clues *pixels;
     float spiral[DIRECTIONS][3]; // as lf_lobe_samples
 };
-
-// By products, which are the same on every machine; cosf and sinf are not.
-static void wind(float spiral[DIRECTIONS][3])
-{
-    const double cosine = -0.7373688780783197, sine = 0.6754902942615238; // of the golden angle
-    double c = 1, s = 0;
-    for (int i = 0; i < DIRECTIONS; i++) {
-        spiral[i][0] = (float)c;
-        spiral[i][1] = (float)s;
-        spiral[i][2] = ((float)i + 0.5f) / DIRECTIONS;
-        double next = c * cosine - s * sine;
-        s = c * sine + s * cosine;
-        c = next;
-    }
-}
 
 // Cosine-weighted. Where a point is in its quarter of a block decides more than which quarter that is: so any
 // 4 x 4 points have directions from all over the hemisphere.
@@ -60,15 +35,14 @@ static void choose_direction(const struct casting *job, const float normal[3], u
 static void cast_at(const struct casting *job, uint32_t x, uint32_t y, uint32_t ray)
 {
     struct lf_pixel_clues *p = job->pixels;
-    size_t pixel = pixel_of(p, x, y);
-    struct lf_ray_end *end = &p->around.ends.items[ray * count_points(p) + (size_t)y * p->grid_width + x];
+    size_t pixel = lf_grid_pixel(p, x, y);
+    struct lf_ray_end *end = &p->around.ends.items[ray * lf_grid_points(p) + (size_t)y * p->grid_width + x];
     struct lf_lobe lobe;
     float position[3];
     *end = (struct lf_ray_end){.pixel = (uint32_t)pixel, .block = lf_block_place(x, y)};
     if (!(p->mask[pixel] > 0))
         return;
-    for (int c = 0; c < 3; c++)
-        position[c] = p->position[c][pixel];
+    lf_pixel_position(p, pixel, position);
     lf_pixel_lobe(p, pixel, &lobe);
     choose_direction(job, lobe.normal, x, y, ray, end->direction);
     if (lf_dot(end->direction, lobe.flat) > 0)
@@ -99,7 +73,7 @@ static bool neighbour(const struct lf_pixel_clues *p, uint32_t pass, uint32_t x,
 static void weigh(struct lf_pixel_clues *p, uint32_t pass, uint32_t x, uint32_t y)
 {
     size_t at = (size_t)y * p->grid_width + x, other;
-    float *weight = p->around.weights.items + (pass * count_points(p) + at) * LF_AROUND_REACH, sum = 0;
+    float *weight = p->around.weights.items + (pass * lf_grid_points(p) + at) * LF_AROUND_REACH, sum = 0;
     for (uint32_t k = 0; k < LF_AROUND_REACH; k++) {
         weight[k] = 0;
         if (!neighbour(p, pass, x, y, k, &other))
@@ -125,13 +99,13 @@ static void weigh_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker
 ng_result lf_around_cast(const struct lf_encode_scene *scene, struct lf_pixel_clues *out)
 {
     struct casting job = {.scene = scene, .pixels = out};
-    size_t points = count_points(out);
+    size_t points = lf_grid_points(out);
     if (!lf_encode_wants(scene, LF_INPUT_VIEW_GATHERED))
         return NG_OK;
     if (!ng_array_resize(&out->around.ends, RAYS * points) ||
         !ng_array_resize(&out->around.weights, 2 * LF_AROUND_REACH * points))
         return ng_out_of_memory("the surroundings of a picture");
-    wind(job.spiral);
+    lf_lobe_wind(DIRECTIONS, job.spiral);
     ng_jobs_for(scene->jobs, out->grid_height, 1, cast_rows, &job);
     ng_jobs_for(scene->jobs, out->grid_height, 1, weigh_rows, &job);
     return NG_OK;
@@ -151,7 +125,7 @@ static void average_rows(void *user, uint32_t begin, uint32_t end, uint32_t work
     NG_UNUSED(worker);
     const struct averaging *job = user;
     const struct lf_pixel_clues *p = job->pixels;
-    size_t points = count_points(p);
+    size_t points = lf_grid_points(p);
     for (uint32_t y = begin; y < end; y++)
         for (uint32_t x = 0; x < p->grid_width; x++) {
             size_t at = (size_t)y * p->grid_width + x, other;
@@ -184,15 +158,14 @@ static void add_channels(const float *ends, size_t points, float *out)
 // ones.
 static size_t most_alike(const struct lf_pixel_clues *p, size_t pixel)
 {
-    uint32_t x = (uint32_t)(pixel % p->width) / LF_BOUNCE_STEP,
-             y = (uint32_t)(pixel / p->width) / LF_BOUNCE_STEP;
+    uint32_t x = (uint32_t)(pixel % p->width) / LF_GRID_STEP, y = (uint32_t)(pixel / p->width) / LF_GRID_STEP;
     size_t best = (size_t)y * p->grid_width + x;
     float most = -1;
     for (uint32_t k = 0; k < 4; k++) {
         uint32_t column = x + (k & 1), row = y + (k >> 1);
         if (column >= p->grid_width || row >= p->grid_height)
             continue;
-        size_t other = pixel_of(p, column, row);
+        size_t other = lf_grid_pixel(p, column, row);
         float like = p->mask[other] > 0 ? lf_pixel_likeness(p, pixel, other) : -0.5f;
         if (like > most) {
             most = like;
@@ -207,14 +180,14 @@ static void fill_alone(const struct lf_pixel_clues *p, const float *grid, float 
     for (size_t i = 0; i < p->alone.count; i++) {
         size_t pixel = p->alone.items[i], from = most_alike(p, pixel);
         for (size_t c = 0; c < 3; c++)
-            out[c][pixel] = grid[c * count_points(p) + from];
+            out[c][pixel] = grid[c * lf_grid_points(p) + from];
     }
 }
 
 ng_result lf_around_light(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                           struct lf_light_clues *light, float *const out[3])
 {
-    size_t points = count_points(pixels);
+    size_t points = lf_grid_points(pixels);
     if (!ng_array_resize(&light->around.list, (RAYS * LF_END_CHANNELS + 6) * points))
         return ng_out_of_memory("the view of a light");
     float *seen = light->around.list.items, *first = seen + RAYS * LF_END_CHANNELS * points,

@@ -22,14 +22,14 @@ static void sum_grid(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     const struct sum *s = user;
     const struct lf_pixel_clues *p = s->pixels;
     float *grid = s->light->grid.list.items;
-    size_t n = (size_t)p->grid_width * p->grid_height;
+    size_t n = lf_grid_points(p);
     for (size_t y = begin; y < end; y++)
         for (size_t x = 0; x < p->grid_width; x += LF_LANES) {
             size_t at[LF_LANES];
             float value[3][LF_LANES];
             for (size_t i = 0; i < LF_LANES; i++) {
                 size_t column = x + i < p->grid_width ? x + i : p->grid_width - 1;
-                at[i] = y * LF_BOUNCE_STEP * p->width + column * LF_BOUNCE_STEP;
+                at[i] = lf_grid_pixel(p, column, y);
             }
             sum_lanes(s, at, value);
             for (size_t c = 0; c < 3; c++)
@@ -50,11 +50,11 @@ static void spread(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     const struct spreading *s = user;
     const struct lf_pixel_clues *p = s->pixels;
     const float *grid = s->grid;
-    size_t n = (size_t)p->grid_width * p->grid_height;
+    size_t n = lf_grid_points(p);
     for (size_t y = begin; y < end; y++) {
-        size_t row = y / LF_BOUNCE_STEP, below = row + (row + 1 < p->grid_height);
+        size_t row = y / LF_GRID_STEP, below = row + (row + 1 < p->grid_height);
         for (size_t x = 0; x < p->width; x++) {
-            size_t column = x / LF_BOUNCE_STEP, right = column + (column + 1 < p->grid_width);
+            size_t column = x / LF_GRID_STEP, right = column + (column + 1 < p->grid_width);
             const float *w = p->grid_taps.items[y * p->width + x].weight;
             for (size_t c = 0; c < 3; c++) {
                 const float *from = grid + c * n;
@@ -94,7 +94,7 @@ ng_result lf_bounce_view(const struct lf_encode_scene *scene, const struct lf_pi
                          struct lf_light_clues *light, float *const out[3])
 {
     struct sum sum = {.pixels = pixels, .light = light, .out = out};
-    if (!ng_array_resize(&light->grid.list, (size_t)3 * pixels->grid_width * pixels->grid_height))
+    if (!ng_array_resize(&light->grid.list, 3 * lf_grid_points(pixels)))
         return ng_out_of_memory("the view of a light");
     ng_jobs_for(scene->jobs, pixels->grid_height, 1, sum_grid, &sum);
     lf_grid_spread(scene, pixels, light->grid.list.items, out);

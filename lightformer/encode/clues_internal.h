@@ -25,16 +25,19 @@ struct lf_space {
     float center[3], radius; // metres; a scene without extent has radius 1
 };
 
-#define LF_BOUNCE_STEP 4    // pixels from one to the next at which the light of RSM texels is summed
-#define LF_SMOOTH      0.5f // roughness below which the BRDF chooses directions: of rays, too
+#define LF_GRID_STEP 4    // pixels from one point of the coarse grid to the next
+#define LF_SMOOTH    0.5f // roughness below which the BRDF chooses directions: of rays, too
 
-// A pixel's four neighbours on the grid of every LF_BOUNCE_STEP-th pixel: weights that sum to 1, or all 0
+// Part of the way that shadow rays go: what they would meet beyond is the surface itself.
+#define LF_SHADOW_REACH 0.999f
+
+// A pixel's four neighbours on the grid of every LF_GRID_STEP-th pixel: weights that sum to 1, or all 0
 // where none of them is on the same surface.
 struct lf_grid_taps {
     float weight[4];
 };
 
-// Such a ray as pixels nearby see it.
+// A ray of a reflection as pixels nearby see it.
 struct lf_mirror_ray {
     float from[3], normal[3]; // where it began
     float to[3];              // what it met, or its direction
@@ -93,7 +96,7 @@ struct lf_pixel_clues {
     float *diffuse[3], *specular[3], *roughness;
     float *mirror, *mirror_albedo[3], *mirror_emission[3], *emission[3]; // emission: not yet scaled
     bool emits;                                                          // some mirror ray met emission
-    uint32_t grid_width, grid_height;                                    // of every LF_BOUNCE_STEP-th pixel
+    uint32_t grid_width, grid_height;                                    // of every LF_GRID_STEP-th pixel
     NG_ARRAY(struct lf_grid_taps) grid_taps;                             // of each pixel
     NG_ARRAY(uint32_t) alone; // pixels that no neighbour on the grid speaks for
     struct lf_mirror reflections;
@@ -141,6 +144,17 @@ struct lf_light_clues {
     double ms[LF_ENCODE_STAGES];
 };
 
+// Of the grid of every LF_GRID_STEP-th pixel.
+static inline size_t lf_grid_points(const struct lf_pixel_clues *p)
+{
+    return (size_t)p->grid_width * p->grid_height;
+}
+
+static inline size_t lf_grid_pixel(const struct lf_pixel_clues *p, size_t x, size_t y)
+{
+    return y * LF_GRID_STEP * p->width + x * LF_GRID_STEP;
+}
+
 static inline bool lf_encode_wants(const struct lf_encode_scene *scene, enum lf_net_input input)
 {
     return !scene->reads || (scene->reads >> input & 1);
@@ -180,6 +194,7 @@ double lf_encode_lap(uint64_t *begin);
 NG_NODISCARD ng_result lf_pixels_read(const struct lf_encode_scene *scene,
                                       const struct lf_encode_pixels_params *params,
                                       struct lf_pixel_clues *out);
+void lf_pixel_position(const struct lf_pixel_clues *pixels, size_t pixel, float out[3]);
 void lf_pixel_lobe(const struct lf_pixel_clues *pixels, size_t pixel, struct lf_lobe *out);
 // How much a pixel says of another: by plane and normal, from 0 to 1.
 float lf_pixel_likeness(const struct lf_pixel_clues *pixels, size_t pixel, size_t other);

@@ -10,7 +10,6 @@
 #define ROWS         4 // of pixels, a job
 #define QUARTERS     4 // of the directions
 #define RAYS         (LF_LOBE_SAMPLES / QUARTERS)
-#define REACH        0.999f
 #define INSIDE       0.98f // of an emitter's extent
 #define LEAST_GLOSSY 0.01f // in units of the radiance that the light's power spread evenly would have
 
@@ -32,9 +31,7 @@ struct place {
 
 static void read_place(const struct lf_pixel_clues *p, size_t pixel, struct place *out)
 {
-    for (int c = 0; c < 3; c++) {
-        out->position[c] = p->position[c][pixel];
-    }
+    lf_pixel_position(p, pixel, out->position);
     lf_pixel_lobe(p, pixel, &out->lobe);
 }
 
@@ -120,7 +117,7 @@ static float weight_of(const struct place *at, const float direction[3])
 
 static bool is_lit(const struct search *s, const struct place *at, const float direction[3], float distance)
 {
-    struct lf_ray ray = {.near = 0, .far = distance * s->pixels->space.radius * REACH};
+    struct lf_ray ray = {.near = 0, .far = distance * s->pixels->space.radius * LF_SHADOW_REACH};
     float position[3];
     memcpy(ray.direction, direction, sizeof ray.direction);
     lf_to_world(&s->pixels->space, at->position, position);

@@ -76,19 +76,37 @@ struct arrival {
     float density[LF_LANES]; // samples per solid angle
 };
 
+// From a lane to a point.
+struct way {
+    float x, y, z;         // unit
+    float square, inverse; // of the length
+};
+
+static inline struct way way_to(const float point[3], const struct lf_points *p, int i)
+{
+    float x = point[0] - p->position[0][i], y = point[1] - p->position[1][i],
+          z = point[2] - p->position[2][i];
+    float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE), inverse = 1 / ng_sqrt(square);
+    return (struct way){x * inverse, y * inverse, z * inverse, square, inverse};
+}
+
+static inline void set_direction(struct arrival *a, int i, struct way way)
+{
+    a->x[i] = way.x;
+    a->y[i] = way.y;
+    a->z[i] = way.z;
+}
+
 static void arrive_from_surface(const struct lf_light_sample *l, const struct lf_points *p, struct arrival *a)
 {
     LANES
     {
-        float x = l->position[0] - p->position[0][i], y = l->position[1] - p->position[1][i],
-              z = l->position[2] - p->position[2][i];
-        float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE), inverse = 1 / ng_sqrt(square);
-        a->x[i] = x *= inverse;
-        a->y[i] = y *= inverse;
-        a->z[i] = z *= inverse;
-        float cosine = ng_max(-dot(x, y, z, l->normal[0], l->normal[1], l->normal[2]), 0.0f);
-        a->light[i] = cosine * inverse * inverse;
-        a->density[i] = l->density * square / ng_max(cosine, 1e-6f);
+        struct way way = way_to(l->position, p, i);
+        float cosine = -dot(way.x, way.y, way.z, l->normal[0], l->normal[1], l->normal[2]);
+        cosine = ng_max(cosine, 0.0f);
+        set_direction(a, i, way);
+        a->light[i] = cosine * way.inverse * way.inverse;
+        a->density[i] = l->density * way.square / ng_max(cosine, 1e-6f);
     }
 }
 
@@ -97,15 +115,11 @@ static void arrive_from_point(const struct lf_light_shape *shape, const struct l
 {
     LANES
     {
-        float x = l->position[0] - p->position[0][i], y = l->position[1] - p->position[1][i],
-              z = l->position[2] - p->position[2][i];
-        float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE), inverse = 1 / ng_sqrt(square);
-        a->x[i] = x *= inverse;
-        a->y[i] = y *= inverse;
-        a->z[i] = z *= inverse;
-        float cosine = -dot(x, y, z, l->normal[0], l->normal[1], l->normal[2]);
+        struct way way = way_to(l->position, p, i);
+        float cosine = -dot(way.x, way.y, way.z, l->normal[0], l->normal[1], l->normal[2]);
         float cone = ng_clamp(cosine * shape->cone_scale + shape->cone_offset, 0.0f, 1.0f);
-        a->light[i] = cone * cone * inverse * inverse;
+        set_direction(a, i, way);
+        a->light[i] = cone * cone * way.inverse * way.inverse;
         a->density[i] = 0;
     }
 }
@@ -133,18 +147,15 @@ static void find_caps(const struct lf_light_shape *shape, const struct lf_points
 {
     LANES
     {
-        float x = shape->center[0] - p->position[0][i], y = shape->center[1] - p->position[1][i],
-              z = shape->center[2] - p->position[2][i];
-        float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE), inverse = 1 / ng_sqrt(square);
-        x *= inverse, y *= inverse, z *= inverse;
-        float sine2 = shape->radius * shape->radius * inverse * inverse;
+        struct way way = way_to(shape->center, p, i);
+        float sine2 = shape->radius * shape->radius * way.inverse * way.inverse;
         bool outside = sine2 < 1;
         float height = sine2 / (1 + ng_sqrt(ng_max(1 - sine2, 0.0f)));
         cap->height[i] = outside ? height : 0;
         cap->density[i] = outside ? 1 / (2 * NG_SHADER_PI * ng_max(height, 1e-20f)) : 0;
-        cap->axis[0][i] = x;
-        cap->axis[1][i] = y;
-        cap->axis[2][i] = z;
+        cap->axis[0][i] = way.x;
+        cap->axis[1][i] = way.y;
+        cap->axis[2][i] = way.z;
     }
     make_frames(cap->axis, cap->tangent, cap->bitangent);
 }

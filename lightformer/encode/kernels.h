@@ -44,7 +44,6 @@ struct lf_light_sample {
 };
 
 #define LF_LIGHT_SAMPLES 64
-#define LF_LOBE_SAMPLES  16
 
 // A light as the kernels take it.
 struct lf_light_shape {
@@ -97,8 +96,5 @@ struct lf_kernels {
 
 // The sets that this CPU has, the fastest first; null past the end.
 const struct lf_kernels *lf_kernels_of(uint32_t index);
-
-// Sample i of LF_LOBE_SAMPLES: cosine and sine of 2 pi u1, and u2, for ng_brdf_half.
-extern const float lf_lobe_samples[LF_LOBE_SAMPLES][3];
 
 #endif

@@ -6,8 +6,16 @@
 #include "shaders/shared/brdf.h"
 
 #include <math.h>
+#include <stdint.h>
 
 #define LF_LEAST_COSINE 1e-4f // of the viewer
+#define LF_LOBE_SAMPLES 16
+
+// Cosine and sine of 2 pi u1, and u2, for ng_brdf_half.
+extern const float lf_lobe_samples[LF_LOBE_SAMPLES][3];
+
+// As many such samples as are wanted, the same on every machine.
+void lf_lobe_wind(uint32_t count, float out[][3]);
 
 // A surface as its viewer sees it; vectors are unit.
 struct lf_lobe {

@@ -6,7 +6,6 @@
 
 #define TRIES           4 // direct VPLs that may be hidden by the surface itself
 #define LARGEST         65504.0f
-#define SHADOW_REACH    0.999f
 // Of what is seen: a highlight there that one of many rays meets would be a firefly.
 #define LEAST_ROUGHNESS 0.7f
 
@@ -90,7 +89,7 @@ static bool is_reached(const struct lighting *l, const struct lf_ray_end *hit)
             continue;
         lf_trace_origin(l->scene->tracer, position, hit->flat, in.direction, ray.origin);
         memcpy(ray.direction, in.direction, sizeof ray.direction);
-        ray.far = in.distance * SHADOW_REACH;
+        ray.far = in.distance * LF_SHADOW_REACH;
         return !lf_trace_occluded(l->scene->tracer, &ray);
     }
     return false;

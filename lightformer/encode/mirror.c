@@ -140,8 +140,7 @@ static void cast_from_pixels(void *user, uint32_t begin, uint32_t end, uint32_t 
         struct lf_ray_end *hit = &p->reflections.hits.items[i];
         struct lf_lobe lobe;
         float position[3];
-        for (int c = 0; c < 3; c++)
-            position[c] = p->position[c][hit->pixel];
+        lf_pixel_position(p, hit->pixel, position);
         lf_pixel_lobe(p, hit->pixel, &lobe);
         choose_direction(&lobe, lf_lobe_samples[lf_block_order[hit->block]],
                          part_of_lobe(cast, hit, lobe.roughness), hit);
@@ -195,7 +194,7 @@ struct block {
 static struct block block_of(const struct lf_pixel_clues *p, uint32_t pixel)
 {
     const struct lf_mirror_lattice *l = &p->reflections.lattices[p->reflections.kinds.items[pixel]];
-    uint32_t x = pixel % p->width, y = pixel / p->width, half = LF_BLOCK_REACH / 2;
+    uint32_t x = pixel % p->width, y = pixel / p->width, half = LF_BLOCK_HALF;
     return (struct block){l, (x + l->spacing / 2) / l->spacing - half,
                           (y + l->spacing / 2) / l->spacing - half};
 }

@@ -5,8 +5,7 @@
 
 #include <string.h>
 
-#define TILE 4      // pixels a side of a packet
-#define SAME 0.999f // of the way: what is met beyond is the pixel's own surface
+#define TILE 4 // pixels a side of a packet
 
 struct search {
     const struct lf_encode_scene *scene;
@@ -35,10 +34,9 @@ static bool sends(const struct lf_light_clues *light, const float direction[3])
 static struct way find_way(const struct search *s, size_t pixel)
 {
     const struct ng_light_data *data = &s->light->data;
-    const float scaled[3] = {s->pixels->position[0][pixel], s->pixels->position[1][pixel],
-                             s->pixels->position[2][pixel]};
     struct way way = {.distance = 0};
-    float position[3];
+    float scaled[3], position[3];
+    lf_pixel_position(s->pixels, pixel, scaled);
     lf_to_world(&s->pixels->space, scaled, position);
     lf_mad(position, data->proxy, -1, way.direction);
     memcpy(way.origin, data->proxy, sizeof way.origin);
@@ -73,7 +71,8 @@ static void look_up(const struct search *s, size_t pixel, const struct way *way)
     float position[3];
     lf_mad(way->origin, way->direction, way->distance, position);
     struct lf_shadow shadow = lf_shadow_lookup(&map, position);
-    write_pixel(s, pixel, way, shadow.occluder < SAME * way->distance ? shadow.occluder : way->distance);
+    write_pixel(s, pixel, way,
+                shadow.occluder < LF_SHADOW_REACH * way->distance ? shadow.occluder : way->distance);
 }
 
 static void find_tile(const struct search *s, uint32_t x0, uint32_t y0)
@@ -104,7 +103,7 @@ static void find_tile(const struct search *s, uint32_t x0, uint32_t y0)
             packet.origin[c][i] = ways[i].origin[c];
             packet.direction[c][i] = ways[i].direction[c];
         }
-        packet.far[i] = ways[i].lit ? ways[i].distance * SAME : 0;
+        packet.far[i] = ways[i].lit ? ways[i].distance * LF_SHADOW_REACH : 0;
         rays += packet.far[i] > 0;
     }
     if (!rays)

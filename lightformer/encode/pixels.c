@@ -143,6 +143,12 @@ static void read_runs(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     }
 }
 
+void lf_pixel_position(const struct lf_pixel_clues *p, size_t pixel, float out[3])
+{
+    for (int c = 0; c < 3; c++)
+        out[c] = p->position[c][pixel];
+}
+
 void lf_pixel_lobe(const struct lf_pixel_clues *p, size_t pixel, struct lf_lobe *out)
 {
     for (int c = 0; c < 3; c++) {
@@ -186,17 +192,15 @@ static void tap_grid(struct lf_pixel_clues *p, uint32_t x, uint32_t y)
 {
     size_t pixel = (size_t)y * p->width + x;
     struct lf_grid_taps *taps = &p->grid_taps.items[pixel];
-    uint32_t gx = x / LF_BOUNCE_STEP, gy = y / LF_BOUNCE_STEP;
-    float fx = (float)(x % LF_BOUNCE_STEP) / LF_BOUNCE_STEP,
-          fy = (float)(y % LF_BOUNCE_STEP) / LF_BOUNCE_STEP;
+    uint32_t gx = x / LF_GRID_STEP, gy = y / LF_GRID_STEP;
+    float fx = (float)(x % LF_GRID_STEP) / LF_GRID_STEP, fy = (float)(y % LF_GRID_STEP) / LF_GRID_STEP;
     float sum = 0;
     for (uint32_t k = 0; k < 4; k++) {
         uint32_t nx = gx + (k & 1), ny = gy + (k >> 1);
         taps->weight[k] = 0;
         if (p->mask[pixel] > 0 && nx < p->grid_width && ny < p->grid_height)
-            taps->weight[k] =
-                (k & 1 ? fx : 1 - fx) * (k >> 1 ? fy : 1 - fy) *
-                lf_pixel_likeness(p, pixel, (size_t)ny * LF_BOUNCE_STEP * p->width + nx * LF_BOUNCE_STEP);
+            taps->weight[k] = (k & 1 ? fx : 1 - fx) * (k >> 1 ? fy : 1 - fy) *
+                              lf_pixel_likeness(p, pixel, lf_grid_pixel(p, nx, ny));
         sum += taps->weight[k];
     }
     for (int k = 0; k < 4; k++)
@@ -215,8 +219,8 @@ static void tap_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 static ng_result connect_to_grid(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
 {
     size_t count = (size_t)p->width * p->height;
-    p->grid_width = (p->width + LF_BOUNCE_STEP - 1) / LF_BOUNCE_STEP;
-    p->grid_height = (p->height + LF_BOUNCE_STEP - 1) / LF_BOUNCE_STEP;
+    p->grid_width = (p->width + LF_GRID_STEP - 1) / LF_GRID_STEP;
+    p->grid_height = (p->height + LF_GRID_STEP - 1) / LF_GRID_STEP;
     if (!ng_array_resize(&p->grid_taps, count) || !ng_array_reserve(&p->alone, count))
         return ng_out_of_memory("the inputs of a picture");
     ng_jobs_for(scene->jobs, p->height, ROWS, tap_rows, p);

@@ -8,7 +8,6 @@
 #define PLACES (LF_BLOCK * LF_BLOCK)
 #define SIDE   4                 // rays of a packet each way
 #define TILE   (SIDE * LF_BLOCK) // pixels each way
-#define REACH  0.999f            // of the way: what is met beyond is the pixel's own surface
 
 struct search {
     const struct lf_encode_scene *scene;
@@ -25,8 +24,7 @@ static bool set_ray(const struct search *s, size_t pixel, const struct ng_light_
     struct lf_lobe at;
     struct ng_light_incident in;
     float position[3], origin[3], scaled[3];
-    for (int c = 0; c < 3; c++)
-        scaled[c] = p->position[c][pixel];
+    lf_pixel_position(p, pixel, scaled);
     lf_pixel_lobe(p, pixel, &at);
     lf_to_world(&p->space, scaled, position);
     ng_light_incident_at(&s->light->unit, vpl, position, &in);
@@ -43,7 +41,7 @@ static bool set_ray(const struct search *s, size_t pixel, const struct ng_light_
         packet->origin[c][lane] = origin[c];
         packet->direction[c][lane] = infinite ? in.direction[c] : -in.direction[c];
     }
-    packet->far[lane] = infinite ? INFINITY : in.distance * REACH;
+    packet->far[lane] = infinite ? INFINITY : in.distance * LF_SHADOW_REACH;
     s->rays->weight[pixel] = weight;
     return true;
 }

@@ -238,11 +238,21 @@ static void instruction_sets_agree(void **state)
     assert_string_equal(lf_kernels_of(sets - 1)->name, "plain");
 }
 
+// The table that the kernels have as constants.
+static void sixteen_directions_are_the_spirals(void **state)
+{
+    NG_UNUSED(state);
+    float spiral[LF_LOBE_SAMPLES][3];
+    lf_lobe_wind(LF_LOBE_SAMPLES, spiral);
+    assert_memory_equal(spiral, lf_lobe_samples, sizeof spiral);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(unshadowed_light_is_the_path_tracers),
         cmocka_unit_test(emissive_meshes_too),
+        cmocka_unit_test(sixteen_directions_are_the_spirals),
         cmocka_unit_test(instruction_sets_agree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
