@@ -2,6 +2,8 @@
 
 #include "base/half.h"
 #include "base/hash.h"
+#include "components/light_point.h"
+#include "components/light_rectangle.h"
 #include "lightformer/trace/surface.h"
 #include "lightformer/trace/vec.h"
 
@@ -156,4 +158,31 @@ uint64_t picture_hash(const struct picture *p, bool apart_from_power)
         hash = hash_values(p, lf_light_clues_values(p->light[i]), lf_light_clues_vpls(p->light[i]),
                            lf_light_clues_texels(p->light[i]), apart_from_power, hash);
     return hash;
+}
+
+// ---- scenes -----------------------------------------------------------------------------------------------
+
+ng_entity picture_point(struct scene *s, float intensity, const float position[3])
+{
+    struct ng_light_point light = {.on = true, .color = {1, 0.5f, 0.25f}, .intensity = intensity};
+    return scene_light(s, NG_LIGHT_POINT, &light, position, NULL);
+}
+
+ng_entity picture_panel(struct scene *s, float radiance, const float position[3])
+{
+    struct ng_light_rectangle light = {
+        .on = true, .color = {1, 1, 1}, .radiance = radiance, .size = {0.6f, 0.4f}};
+    return scene_light(s, NG_LIGHT_RECTANGLE, &light, position, scene_down);
+}
+
+void picture_room(struct scene *s, uint32_t threads)
+{
+    scene_open(s, threads);
+    ng_entity smooth = scene_material(s, (const float[3]){0.5f, 0.5f, 0.5f}, 0, 0.15f),
+              rough = scene_material(s, (const float[3]){1, 1, 1}, 0, 0.9f);
+    scene_quad(s, (const float[3]){-3, -1, 3}, (const float[3]){6, 0, 0}, (const float[3]){0, 0, -6}, smooth);
+    scene_quad(s, (const float[3]){-3, -1, -2}, (const float[3]){6, 0, 0}, (const float[3]){0, 4, 0}, rough);
+    scene_sphere(s, (const float[3]){0.2f, -0.4f, 0}, 0.6f, false, rough);
+    picture_point(s, 2, (const float[3]){-1, 1, 1});
+    picture_panel(s, 3, (const float[3]){0.7f, 1.4f, 0});
 }

@@ -30,4 +30,12 @@ const float *picture_view(const struct picture *p, uint32_t light, enum lf_net_i
 // where a number is not finite.
 uint64_t picture_hash(const struct picture *p, bool apart_from_power);
 
+// ---- scenes ----------------------------------------------------------------------------------------------
+
+// A lamp of a colour, and a panel of 0.6 x 0.4 that shines down.
+ng_entity picture_point(struct scene *s, float intensity, const float position[3]);
+ng_entity picture_panel(struct scene *s, float radiance, const float position[3]);
+// A smooth floor, a ball, a wall behind; one of each.
+void picture_room(struct scene *s, uint32_t threads);
+
 #endif
