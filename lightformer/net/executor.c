@@ -96,12 +96,6 @@ static void take_vectors(const struct lf_net_executor *e, enum lf_net_domain dom
     }
 }
 
-static const float *vector_of(const struct lf_net_executor *e, uint32_t value, uint32_t light)
-{
-    bool of_light = e->net->values.items[value].domain == LF_DOMAIN_LIGHT;
-    return (of_light ? e->lights.items[light].vectors : e->frame.items) + e->plan.vectors.items[value];
-}
-
 // What is the same in every column of a product is added to its bias, once a light.
 static void find_bias(const struct lf_net_executor *e, const struct lf_product *p, uint32_t light, float *out)
 {
@@ -110,7 +104,7 @@ static void find_bias(const struct lf_net_executor *e, const struct lf_product *
         out[n] = p->op->bias[n];
         for (size_t i = 0; i < p->constants.count; i++) {
             const struct lf_constant *constant = &p->constants.items[i];
-            const float *vector = vector_of(e, constant->value, light);
+            const float *vector = lf_vector_of(e, constant->value, light);
             uint32_t channels = e->net->values.items[constant->value].channels;
             for (uint32_t k = 0; k < channels; k++)
                 out[n] += weights[constant->column + k] * vector[k];
@@ -137,7 +131,7 @@ static void finish_reductions(const struct lf_run *run)
     uint32_t tiles = run->tiles * run->height;
     for (uint32_t i = s->reduce_begin; i < s->reduce_end; i++) {
         const struct lf_reduction *r = &e->plan.reductions.items[i];
-        float *out = (float *)vector_of(e, r->value, 0);
+        float *out = lf_vector_of(e, r->value, 0);
         for (uint32_t c = 0; c < r->channels; c++) {
             double sum = 0;
             for (uint32_t tile = 0; tile < tiles; tile++)
@@ -184,8 +178,7 @@ static void clear_empty(const struct lf_run *run)
         const struct lf_value *v = &net->values.items[net->ops.items[i].out];
         if (v->rows != LF_NO_VALUE && v->domain == LF_DOMAIN_LIGHT &&
             row_count(run, (enum lf_net_domain)v->rows) == 0)
-            memset((float *)vector_of(run->executor, net->ops.items[i].out, 0), 0,
-                   v->channels * sizeof(float));
+            memset(lf_vector_of(run->executor, net->ops.items[i].out, 0), 0, v->channels * sizeof(float));
     }
 }
 

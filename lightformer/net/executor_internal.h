@@ -47,6 +47,13 @@ struct lf_net_executor {
     bool profiling;
 };
 
+// A vector of a light, or of the frame.
+static inline float *lf_vector_of(const struct lf_net_executor *e, uint32_t value, uint32_t light)
+{
+    bool of_light = e->net->values.items[value].domain == LF_DOMAIN_LIGHT;
+    return (of_light ? e->lights.items[light].vectors : e->frame.items) + e->plan.vectors.items[value];
+}
+
 struct lf_net_encoding {
     struct lf_net_executor *executor; // borrowed
     float *vectors;                   // the kept part of a light's block

@@ -1,18 +1,18 @@
 // From a program to segments, stage by stage.
 //
-//   collect   which operations a stage runs. What follows from a light belongs to its encoding, what follows
-//   from a
-//             gather to the gather; what is of pixels or the frame alone is cheap and runs where it is
-//             needed.
-//   effort    what follows from inputs by little arithmetic is cheaper made again than stored and read back.
-//   rank      an operation that reads a neighbourhood, or a value of another grid, runs after the segment
-//   that
-//             makes it. Operations of one rank and grid are a segment. One that only later segments read, and
-//             that reads nothing which would have to be stored for it, moves there.
-//   nest      where the next coarser level alone reads what a segment makes (pool, pack), the finer tiles run
-//   right
-//             before the coarser one that covers them, and what only that one reads is never stored whole.
-//   emit      codes over buffers; see segment.c.
+// collect: which operations a stage runs. What follows from a light belongs to its encoding, what follows
+// from a gather to the gather; what is of pixels or the frame alone is cheap and runs where it is needed.
+//
+// effort: what follows from inputs by little arithmetic is cheaper made again than stored and read back.
+//
+// rank: an operation that reads a neighbourhood, or a value of another grid, runs after the segment that
+// makes it. Operations of one rank and grid are a segment. One that only later segments read, and that reads
+// nothing which would have to be stored for it, moves there.
+//
+// nest: where the next coarser level alone reads what a segment makes (pool, pack), the finer tiles run right
+// before the coarser one that covers them, and what only that one reads is never stored whole.
+//
+// emit: codes over buffers; see segment.c.
 #include "lightformer/net/segment_internal.h"
 
 #include "base/log.h"
@@ -127,7 +127,7 @@ static void find_efforts(struct lf_planner *p)
 // ---- Ranks ----------------------------------------------------------------------------------------------
 
 // The operation of this stage that makes a value, or null.
-static const struct lf_op *maker(const struct lf_planner *p, uint32_t value)
+static const struct lf_op *stage_maker(const struct lf_planner *p, uint32_t value)
 {
     uint32_t op = lf_value_at(p, value)->op;
     return op != LF_NO_VALUE && p->runs[p->stage].items[op] ? op_at(p, op) : NULL;
@@ -159,7 +159,7 @@ static void rank_early(struct lf_planner *p)
         const struct lf_op *op = op_at(p, i);
         p->rank.items[i] = 0;
         for (uint32_t k = 0; p->runs[p->stage].items[i] && k < op->in_count; k++) {
-            const struct lf_op *from = maker(p, op->in[k]);
+            const struct lf_op *from = stage_maker(p, op->in[k]);
             uint32_t rank = from ? p->rank.items[index_of(p, from)] + distance(p, op, from) : 0;
             if (rank > p->rank.items[i])
                 p->rank.items[i] = rank;
@@ -199,7 +199,7 @@ static bool judge_wait(struct lf_planner *p, const struct lf_op *op, uint32_t ra
     if (stored || first < rank || first == UINT32_MAX)
         return false;
     for (uint32_t k = 0; k < op->in_count; k++) {
-        const struct lf_op *from = maker(p, op->in[k]);
+        const struct lf_op *from = stage_maker(p, op->in[k]);
         bool lies_stored = p->kept.items[op->in[k]];
         if (!from || is_made_again(p, from, op) || !lf_is_picture(lf_value_at(p, op->in[k])->domain) ||
             lf_op_is_spatial(op->kind))
@@ -256,9 +256,8 @@ static bool add_image(struct lf_planner *p, uint32_t value)
                                 : p->stage == LF_STAGE_GATHER && v->domain == LF_DOMAIN_VIEW
                                     ? LF_IMAGE_LIGHT
                                     : LF_IMAGE_SHARED;
-    uint32_t rows = (v->channels + p->plan->group - 1) / p->plan->group;
     struct lf_image_plan image = {.value = value,
-                                  .rows = p->kernel->pad_rows(rows),
+                                  .rows = p->kernel->pad_rows(lf_packed_rows(p, v->channels)),
                                   .slot = p->plan->image_counts[owner]++,
                                   .owner = owner};
     p->image.items[value] = (uint32_t)p->plan->images.count;
@@ -305,7 +304,7 @@ static bool place_vectors(struct lf_planner *p)
     return true;
 }
 
-// ---- The whole ------------------------------------------------------------------------------------------
+// ---- Segments -------------------------------------------------------------------------------------------
 
 bool lf_op_has_home(const struct lf_planner *p, size_t op)
 {
@@ -313,6 +312,13 @@ bool lf_op_has_home(const struct lf_planner *p, size_t op)
     for (uint32_t i = 0; p->stage == LF_STAGE_GATHER && i < NG_COUNT(p->net->outputs); i++)
         output |= p->net->outputs[i] == p->net->ops.items[op].out;
     return p->runs[p->stage].items[op] && (!p->effort.items[op] || p->stored.items[op] || output);
+}
+
+bool lf_op_in_segment(const struct lf_planner *p, size_t op, const struct lf_segment *s)
+{
+    struct lf_grid grid = lf_op_grid(p->net, op_at(p, op));
+    return lf_op_has_home(p, op) && p->rank.items[op] == s->rank && grid.domain == s->domain &&
+           grid.level == s->level;
 }
 
 static bool add_segments(struct lf_planner *p)
@@ -346,13 +352,6 @@ static bool add_segments(struct lf_planner *p)
 
 // ---- Segments within segments ---------------------------------------------------------------------------
 
-static bool in_segment(const struct lf_planner *p, size_t op, const struct lf_segment *s)
-{
-    struct lf_grid grid = lf_op_grid(p->net, op_at(p, op));
-    return lf_op_has_home(p, op) && p->rank.items[op] == s->rank && grid.domain == s->domain &&
-           grid.level == s->level;
-}
-
 static bool reads(const struct lf_op *op, uint32_t value)
 {
     for (uint32_t i = 0; i < op->in_count; i++)
@@ -372,11 +371,11 @@ static struct readers find_readers(const struct lf_planner *p, const struct lf_o
 {
     struct readers r = {.after = p->kept.items[op->out]};
     for (size_t i = index_of(p, op) + 1; i < p->net->ops.count; i++) {
-        if (!lf_op_has_home(p, i) || !reads(op_at(p, i), op->out) || in_segment(p, i, inner) ||
+        if (!lf_op_has_home(p, i) || !reads(op_at(p, i), op->out) || lf_op_in_segment(p, i, inner) ||
             is_made_again(p, op, op_at(p, i)))
             continue;
-        r.outer |= in_segment(p, i, outer);
-        r.before |= !in_segment(p, i, outer) && p->rank.items[i] <= outer->rank;
+        r.outer |= lf_op_in_segment(p, i, outer);
+        r.before |= !lf_op_in_segment(p, i, outer) && p->rank.items[i] <= outer->rank;
         r.after |= p->rank.items[i] > outer->rank;
     }
     return r;
@@ -392,7 +391,7 @@ static bool may_nest(const struct lf_planner *p, const struct lf_segment *inner,
         outer->inner != LF_NO_VALUE)
         return false;
     for (size_t i = 0; i < p->net->ops.count; i++) {
-        if (!in_segment(p, i, inner))
+        if (!lf_op_in_segment(p, i, inner))
             continue;
         struct readers r = find_readers(p, op_at(p, i), inner, outer);
         if (r.before)
@@ -406,7 +405,7 @@ static void make_local(struct lf_planner *p, const struct lf_segment *inner, con
 {
     for (size_t i = 0; i < p->net->ops.count; i++) {
         const struct lf_op *op = op_at(p, i);
-        if (!in_segment(p, i, inner) || p->image.items[op->out] == LF_NO_VALUE || !p->stored.items[i])
+        if (!lf_op_in_segment(p, i, inner) || p->image.items[op->out] == LF_NO_VALUE || !p->stored.items[i])
             continue;
         struct lf_image_plan *image = &p->plan->images.items[p->image.items[op->out]];
         if (image->owner != LF_IMAGE_SHARED || find_readers(p, op, inner, outer).after)
@@ -429,6 +428,8 @@ static void nest_segments(struct lf_planner *p)
             make_local(p, inner, outer);
         }
 }
+
+// ---- The whole ------------------------------------------------------------------------------------------
 
 static bool plan_stage(struct lf_planner *p, enum lf_stage stage)
 {

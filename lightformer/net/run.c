@@ -56,12 +56,9 @@ static const struct lf_image *image_at(const struct tile *t, uint32_t index)
     return &e->by_light.items[(size_t)t->light * e->plan.image_counts[LF_IMAGE_LIGHT] + plan->slot].image;
 }
 
-// A vector of the light at hand, or of the frame.
 static float *vector_of(const struct tile *t, uint32_t value, uint32_t light)
 {
-    const struct lf_net_executor *e = t->run->executor;
-    bool of_light = value_at(t, value)->domain == LF_DOMAIN_LIGHT;
-    return (of_light ? light_at(t, light)->vectors : e->frame.items) + e->plan.vectors.items[value];
+    return lf_vector_of(t->run->executor, value, light);
 }
 
 static float weight_of(const struct tile *t, uint32_t value)

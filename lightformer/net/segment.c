@@ -11,14 +11,7 @@
 
 // ---- Where things belong --------------------------------------------------------------------------------
 
-bool lf_in_segment(const struct lf_planner *p, size_t op)
-{
-    struct lf_grid grid = lf_op_grid(p->net, &p->net->ops.items[op]);
-    return lf_op_has_home(p, op) && p->rank.items[op] == p->segment->rank &&
-           grid.domain == p->segment->domain && grid.level == p->segment->level;
-}
-
-const struct lf_op *lf_maker(const struct lf_planner *p, uint32_t value)
+const struct lf_op *lf_segment_maker(const struct lf_planner *p, uint32_t value)
 {
     uint32_t op = lf_value_at(p, value)->op;
     if (op == LF_NO_VALUE || !lf_in_segment(p, op) || lf_op_reduces(p->net, &p->net->ops.items[op]))
@@ -353,7 +346,7 @@ static uint32_t find_phases(struct lf_planner *p)
             continue;
         p->phase.items[i] = 0;
         for (uint32_t k = 0; k < op->in_count; k++) {
-            const struct lf_op *from = lf_maker(p, op->in[k]);
+            const struct lf_op *from = lf_segment_maker(p, op->in[k]);
             uint32_t phase = from ? p->phase.items[from - p->net->ops.items] : 0;
             if (phase > p->phase.items[i])
                 p->phase.items[i] = phase;
@@ -375,7 +368,7 @@ static void find_wanted(struct lf_planner *p, uint32_t phase)
              (lf_scope_of(p, op->out) == LF_SCOPE_LIGHT && p->stored.items[i] && p->phase.items[i] == phase));
         p->wanted.items[i] |= root;
         for (uint32_t k = 0; p->wanted.items[i] && k < op->in_count; k++) {
-            const struct lf_op *from = lf_maker(p, op->in[k]);
+            const struct lf_op *from = lf_segment_maker(p, op->in[k]);
             if (from && lf_scope_of(p, op->in[k]) == LF_SCOPE_LIGHT)
                 p->wanted.items[from - p->net->ops.items] = true;
         }

@@ -84,6 +84,7 @@ struct lf_grid lf_op_grid(const struct lf_net *net, const struct lf_op *op);
 // Whether an operation of this stage belongs to a segment: it does not if it is made anew wherever it is
 // read.
 bool lf_op_has_home(const struct lf_planner *p, size_t op);
+bool lf_op_in_segment(const struct lf_planner *p, size_t op, const struct lf_segment *segment);
 
 // ---- segment.c ------------------------------------------------------------------------------------------
 
@@ -91,9 +92,13 @@ bool lf_op_has_home(const struct lf_planner *p, size_t op);
 bool lf_segment_emit(struct lf_planner *p, struct lf_segment *segment);
 void lf_planner_finish_segments(struct lf_planner *p);
 
-bool lf_in_segment(const struct lf_planner *p, size_t op);
+// In the segment whose codes are made.
+static inline bool lf_in_segment(const struct lf_planner *p, size_t op)
+{
+    return lf_op_in_segment(p, op, p->segment);
+}
 // The operation of this segment that makes a value, or null.
-const struct lf_op *lf_maker(const struct lf_planner *p, uint32_t value);
+const struct lf_op *lf_segment_maker(const struct lf_planner *p, uint32_t value);
 // The same in the whole tile: a vector of the light or of the frame.
 bool lf_is_constant(const struct lf_planner *p, uint32_t value);
 // Little arithmetic on inputs: made where it is read (plan.c). What an earlier stage keeps is read from

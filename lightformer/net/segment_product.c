@@ -20,7 +20,7 @@ static bool act_is_simple(const struct lf_op *op)
 // one of a single channel does not take the place of two.
 static bool arrives_packed(const struct lf_planner *p, uint32_t value)
 {
-    const struct lf_op *op = lf_maker(p, value);
+    const struct lf_op *op = lf_segment_maker(p, value);
     if (p->plan->group == 1)
         return true;
     if (lf_value_at(p, value)->channels % p->plan->group)
