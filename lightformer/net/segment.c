@@ -50,6 +50,15 @@ struct lf_residence *lf_residence_of(struct lf_planner *p, uint32_t value)
     return lf_scope_of(p, value) == LF_SCOPE_LIGHT ? &p->light.items[value] : &p->once.items[value];
 }
 
+struct lf_place lf_set_rows(struct lf_planner *p, uint32_t value, struct lf_place rows)
+{
+    struct lf_residence *r = lf_residence_of(p, value);
+    r->rows = rows;
+    if (p->plan->group == 1)
+        r->packed = rows;
+    return rows;
+}
+
 // ---- Buffers and codes ----------------------------------------------------------------------------------
 
 struct lf_place lf_add_buffer(struct lf_planner *p, uint32_t rows)
@@ -129,19 +138,21 @@ struct lf_place lf_rows_of(struct lf_planner *p, uint32_t value)
     if (!lf_is_here(r->rows) && lf_is_made_anywhere(p, value)) {
         emit_op(p, &p->net->ops.items[op]);
     } else if (!lf_is_here(r->rows)) {
-        r->rows = lf_add_buffer(p, lf_value_at(p, value)->channels);
-        load(p, value, r->rows);
-        if (p->plan->group == 1)
-            r->packed = r->rows;
+        load(p, value, lf_set_rows(p, value, lf_add_buffer(p, lf_value_at(p, value)->channels)));
     }
     return r->rows;
 }
 
 // ---- Other operations -----------------------------------------------------------------------------------
 
-static void emit_concat(struct lf_planner *p, const struct lf_op *op, struct lf_place out)
+static void emit_concat(struct lf_planner *p, const struct lf_op *op)
 {
     uint32_t row = 0;
+    if (op->in_count == 1 && lf_scope_of(p, op->in[0]) == lf_scope_of(p, op->out)) {
+        lf_set_rows(p, op->out, lf_rows_of(p, op->in[0]));
+        return;
+    }
+    struct lf_place out = lf_set_rows(p, op->out, lf_add_buffer(p, lf_value_at(p, op->out)->channels));
     for (uint32_t i = 0; i < op->in_count; i++) {
         uint32_t channels = lf_value_at(p, op->in[i])->channels;
         lf_emit_copy(p, lf_scope_of(p, op->out), lf_rows_of(p, op->in[i]), lf_at_row(out, row), channels);
@@ -152,7 +163,6 @@ static void emit_concat(struct lf_planner *p, const struct lf_op *op, struct lf_
 static void emit_rows(struct lf_planner *p, const struct lf_op *op, enum lf_code_kind kind)
 {
     struct lf_code code = lf_blank_code(kind, op);
-    struct lf_residence *r = lf_residence_of(p, op->out);
     if (kind == LF_CODE_RESAMPLE) {
         code.image = p->image.items[op->in[0]];
         code.value = op->in[0];
@@ -165,9 +175,7 @@ static void emit_rows(struct lf_planner *p, const struct lf_op *op, enum lf_code
         code.b_channels = lf_value_at(p, op->in[1])->channels;
     }
     code.each = op->kind;
-    code.out = r->rows = lf_add_buffer(p, lf_value_at(p, op->out)->channels);
-    if (p->plan->group == 1)
-        r->packed = r->rows;
+    code.out = lf_set_rows(p, op->out, lf_add_buffer(p, lf_value_at(p, op->out)->channels));
     lf_put_code(p, lf_scope_of(p, op->out), code);
 }
 
@@ -200,16 +208,13 @@ static void emit_reduce(struct lf_planner *p, const struct lf_op *op)
 static void emit_sum(struct lf_planner *p, const struct lf_op *op)
 {
     struct lf_code code = lf_blank_code(LF_CODE_ADD_SCALED, op);
-    struct lf_residence *r = lf_residence_of(p, op->out);
     uint32_t channels = lf_value_at(p, op->out)->channels;
-    code.out = r->rows = lf_add_buffer(p, channels);
+    code.out = lf_set_rows(p, op->out, lf_add_buffer(p, channels));
     lf_emit_clear(p, LF_SCOPE_TILE, code.out, channels);
     code.a = lf_rows_of(p, op->in[0]);
     code.channels = channels;
     code.value = op->in_count == 2 ? op->in[1] : LF_NO_VALUE;
     lf_put_code(p, LF_SCOPE_LIGHT, code);
-    if (p->plan->group == 1)
-        r->packed = r->rows;
 }
 
 static struct lf_place vector_or_rows(struct lf_planner *p, uint32_t value)
@@ -220,9 +225,8 @@ static struct lf_place vector_or_rows(struct lf_planner *p, uint32_t value)
 static void emit_attend(struct lf_planner *p, const struct lf_op *op)
 {
     struct lf_code code = lf_blank_code(LF_CODE_ATTEND, op);
-    struct lf_residence *r = lf_residence_of(p, op->out);
     uint32_t channels = lf_value_at(p, op->out)->channels, state = op->softmax ? 2 * op->heads : 0;
-    code.out = r->rows = lf_add_buffer(p, channels);
+    code.out = lf_set_rows(p, op->out, lf_add_buffer(p, channels));
     lf_emit_clear(p, LF_SCOPE_TILE, code.out, channels);
     if (state) {
         code.packed = lf_add_buffer(p, state);
@@ -234,8 +238,6 @@ static void emit_attend(struct lf_planner *p, const struct lf_op *op)
     code.value = op->in_count == 4 ? op->in[3] : LF_NO_VALUE;
     code.channels = channels;
     lf_put_code(p, LF_SCOPE_LIGHT, code);
-    if (p->plan->group == 1)
-        r->packed = r->rows;
 }
 
 static void emit_attend_end(struct lf_planner *p, const struct lf_op *op)
@@ -284,7 +286,6 @@ static void emit_stores(struct lf_planner *p, const struct lf_op *op)
 
 static void emit_op(struct lf_planner *p, const struct lf_op *op)
 {
-    struct lf_residence *r = lf_residence_of(p, op->out);
     if (lf_op_reduces(p->net, op)) {
         emit_reduce(p, op);
         return;
@@ -295,18 +296,10 @@ static void emit_op(struct lf_planner *p, const struct lf_op *op)
         lf_emit_product(p, op);
         break;
     case LF_OP_CONCAT:
-        if (op->in_count == 1 && lf_scope_of(p, op->in[0]) == lf_scope_of(p, op->out)) {
-            r->rows = lf_rows_of(p, op->in[0]);
-            r->packed = p->plan->group == 1 ? r->rows : LF_NOWHERE;
-            break;
-        }
-        r->rows = lf_add_buffer(p, lf_value_at(p, op->out)->channels);
-        emit_concat(p, op, r->rows);
-        r->packed = p->plan->group == 1 ? r->rows : LF_NOWHERE;
+        emit_concat(p, op);
         break;
     case LF_OP_SLICE:
-        r->rows = lf_at_row(lf_rows_of(p, op->in[0]), op->from);
-        r->packed = p->plan->group == 1 ? r->rows : LF_NOWHERE;
+        lf_set_rows(p, op->out, lf_at_row(lf_rows_of(p, op->in[0]), op->from));
         break;
     case LF_OP_DOT:
     case LF_OP_LENGTH:

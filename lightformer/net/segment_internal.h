@@ -106,6 +106,8 @@ bool lf_is_constant(const struct lf_planner *p, uint32_t value);
 bool lf_is_made_anywhere(const struct lf_planner *p, uint32_t value);
 enum lf_scope lf_scope_of(const struct lf_planner *p, uint32_t value);
 struct lf_residence *lf_residence_of(struct lf_planner *p, uint32_t value);
+// Says where a value's fp32 rows are. In groups of one channel they are its packed rows, too.
+struct lf_place lf_set_rows(struct lf_planner *p, uint32_t value, struct lf_place rows);
 
 // Want of memory sets p->failed, here and below.
 struct lf_place lf_add_buffer(struct lf_planner *p, uint32_t rows);

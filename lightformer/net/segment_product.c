@@ -269,9 +269,7 @@ void lf_emit_product(struct lf_planner *p, const struct lf_op *op)
         r->rows = code.out = code.packed;
         code.packed = LF_NOWHERE;
     } else if (rows || !packed) {
-        r->rows = code.out = lf_add_buffer(p, channels);
-        if (p->plan->group == 1)
-            r->packed = r->rows;
+        code.out = lf_set_rows(p, op->out, lf_add_buffer(p, channels));
     }
     code.channels = channels;
     code.each = act_is_simple(op) ? op->act : LF_OP_COUNT;
