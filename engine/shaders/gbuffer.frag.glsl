@@ -40,15 +40,7 @@ void main()
     ng_instance_data instance = instances[in_instance];
     surface s = surface_load(materials[instance.material], instance.flags);
     vec3 position = position_from_depth();
-    vec3 flat_normal = normalize(cross(dFdx(position), dFdy(position)));
-    if (dot(flat_normal, view.position - position) < 0)
-        flat_normal = -flat_normal;
-    // Where they contradict each other, as where a coarse mesh rounds an edge, the triangle is right; as in
-    // lightformer/trace/surface.c. Slivers seen edge-on have no usable derivatives.
-    if (!(dot(flat_normal, flat_normal) > 0.5))
-        flat_normal = s.normal;
-    if (!(dot(flat_normal, s.normal) > 0.1))
-        s.normal = flat_normal;
+    vec3 flat_normal = surface_settle(s, position, view.position - position);
     vec2 o = octahedral(flat_normal);
     out_position = vec4(position, 1);
     out_normal = vec4(s.normal, s.roughness);

@@ -45,6 +45,7 @@ void main()
         direction = normalize(v.axis_z + xy.x * v.axis_x + xy.y * v.axis_y);
         power = light_intensity(light, direction) * texel_angle(xy, half_size);
     }
+    surface_settle(s, in_position, -direction);
     float cosine = max(dot(s.normal, -direction), 0.0);
     // The unlit side of a one-sided surface blocks light and reflects none.
     bool lit = s.front || (m.flags & NG_MATERIAL_DOUBLE_SIDED) != 0;

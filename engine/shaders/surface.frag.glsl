@@ -69,3 +69,17 @@ surface surface_load(ng_material_data m, uint flags)
     s.front = front;
     return s;
 }
+
+// Of the shading normal and the triangle's, which is returned, the one that is right (NG_NORMAL_CONTRADICTION).
+// `to_eye` points to the side that is seen.
+vec3 surface_settle(inout surface s, vec3 position, vec3 to_eye)
+{
+    vec3 flat_normal = normalize(cross(dFdx(position), dFdy(position)));
+    if (dot(flat_normal, to_eye) < 0)
+        flat_normal = -flat_normal;
+    if (!(dot(flat_normal, flat_normal) > 0.5)) // slivers seen edge-on have no usable derivatives
+        flat_normal = s.normal;
+    if (!(dot(flat_normal, s.normal) > NG_NORMAL_CONTRADICTION))
+        s.normal = flat_normal;
+    return flat_normal;
+}

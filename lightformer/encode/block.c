@@ -95,11 +95,13 @@ struct average {
 // How much of a neighbour's lobe is in the pixel's: GGX of the normal between, the peak being 1.
 static float lobe_likeness(const struct lf_pixel_clues *p, size_t pixel, size_t other)
 {
-    float cosine = 0, alpha = ng_brdf_alpha(p->roughness[pixel]);
-    for (int c = 0; c < 3; c++)
-        cosine += p->normal[c][pixel] * p->normal[c][other];
-    float tangent = fmaxf(1 - cosine * cosine, 0) / fmaxf(cosine * cosine, 1e-6f);
-    float spread = 1 + tangent / (alpha * alpha);
+    float chord = 0, alpha = ng_brdf_alpha(p->roughness[pixel]); // squared: 2 - 2 cosine, 0 for equal normals
+    for (int c = 0; c < 3; c++) {
+        float apart = p->normal[c][pixel] - p->normal[c][other];
+        chord += apart * apart;
+    }
+    float cosine = fmaxf(1 - 0.5f * chord, 1e-3f), sine = chord * (1 - 0.25f * chord);
+    float spread = 1 + fmaxf(sine, 0) / (cosine * cosine * alpha * alpha);
     return 1 / (spread * spread);
 }
 

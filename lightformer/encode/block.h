@@ -36,11 +36,12 @@ struct lf_block_rays {
 };
 
 // What a pixel and its neighbours found, as a set.
-enum lf_block_opinions { LF_BLOCK_LIT = 1, LF_BLOCK_HIDDEN = 2 };
+enum { LF_BLOCK_LIT = 1, LF_BLOCK_HIDDEN = 2 };
 
-// Finds the opinions of all, in scratch; and those of a pixel and its neighbours.
+// Finds the opinions of all pixels. They stay in scratch until lf_block_average is through.
 void lf_block_ask(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                   const struct lf_block_rays *rays);
+// Those of one pixel and its neighbours.
 unsigned lf_block_opinions(const struct lf_pixel_clues *pixels, const struct lf_block_rays *rays, uint32_t x,
                            uint32_t y);
 

@@ -106,7 +106,8 @@ uint32_t lf_light_clues_vpls(const struct lf_light_clues *clues);
 uint32_t lf_light_clues_texels(const struct lf_light_clues *clues);
 uint32_t lf_light_clues_light(const struct lf_light_clues *clues); // index in the snapshot
 // Tells clues that are kept which light of a later snapshot they are of: it may have another index there, and
-// what it is sampled by lie elsewhere. Nothing else about it may differ but its power.
+// what it is sampled by lie elsewhere. Where anything else about it differs but its power, it has to be
+// encoded anew before use.
 void lf_light_clues_follow(struct lf_light_clues *clues, const struct ng_snapshot *snapshot, uint32_t light);
 
 // Where the time of the last calls went, milliseconds, for budgets and benchmarks.

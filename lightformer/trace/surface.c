@@ -8,10 +8,6 @@
 #include <cglm/cglm.h>
 #include <string.h>
 
-// Cosine between a shading normal and its triangle's from which they contradict each other, as where a coarse
-// mesh rounds an edge. As in engine/shaders/gbuffer.frag.glsl.
-#define CONTRADICTION 0.1f
-
 static const struct ng_image *image_of(const struct ng_snapshot *s, uint32_t index)
 {
     return index == NG_NONE ? NULL : s->images[index].image;
@@ -156,6 +152,15 @@ void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct
     find_look(m, white, white, white, &out->plain);
 }
 
+// As surface_settle in engine/shaders/surface.frag.glsl. A triangle without an area has no normal.
+static void settle_normals(struct lf_surface *s)
+{
+    if (!(lf_dot(s->flat_normal, s->flat_normal) > 0.5f))
+        memcpy(s->flat_normal, s->normal, sizeof s->normal);
+    if (!(lf_dot(s->flat_normal, s->normal) > NG_NORMAL_CONTRADICTION))
+        memcpy(s->normal, s->flat_normal, sizeof s->normal);
+}
+
 static void turn_over(struct lf_surface *s)
 {
     for (int i = 0; i < 3; i++) {
@@ -232,9 +237,7 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
     if (in->textured)
         find_textured_look(tracer, in->material, out->uv, &textured);
     set_look(in->textured ? &textured : &in->plain, out);
-    // The triangle is right: all light that such a shading normal asks for is behind it.
-    if (!(lf_dot(out->flat_normal, out->normal) > CONTRADICTION))
-        memcpy(out->normal, out->flat_normal, sizeof out->normal);
+    settle_normals(out);
     if (!hit->front)
         turn_over(out);
     if (in->light != NG_NONE || lf_surface_is_black(out))

@@ -102,7 +102,6 @@ static void test_mirrored_placements_keep_their_front(void **state)
     scene_close(&s);
 }
 
-// The normal-mapped panel of the scene, and the shading normal at a place of its plane.
 // Light that a shading normal asks for must not be behind its own triangle.
 static void test_triangles_overrule_normals_that_contradict_them(void **state)
 {
@@ -130,6 +129,7 @@ static void test_triangles_overrule_normals_that_contradict_them(void **state)
     scene_close(&s);
 }
 
+// The normal-mapped panel of the scene, and the shading normal at a place of its plane.
 static ng_entity find_panel(const struct scene *s)
 {
     for (uint32_t i = 0; i < s->snapshot->instance_count; i++) {

@@ -14,7 +14,11 @@
 
 #include "glsl_compat.h"
 
-#define NG_ROUGHNESS_MIN 0.045f // below this alpha, fp32 highlights alias and overflow
+#define NG_ROUGHNESS_MIN        0.045f // below this alpha, fp32 highlights alias and overflow
+// Cosine between a shading normal and its triangle's from which they contradict each other, as where a coarse
+// mesh rounds an edge. There the triangle is right: all light that such a shading normal asks for is behind
+// it.
+#define NG_NORMAL_CONTRADICTION 0.1f
 
 NG_SHADER_FN float ng_brdf_alpha(float roughness)
 {
