@@ -5,11 +5,11 @@ import os
 import shutil
 import signal
 import subprocess
-import time
 import unittest
 from pathlib import Path
 
 from files import ROOT, scratch
+from processes import find_processes, wait_until
 
 from study import tables
 
@@ -102,25 +102,6 @@ class Ablations(unittest.TestCase):
                 for log in trained:
                     log.unlink()
         self.assertIn("at work there", ablations(*command[1:]).stderr)
-        for process in trainings_in(out):
+        for process in find_processes("train.py", out):
             os.kill(process, signal.SIGTERM)
-        wait_until(lambda: not trainings_in(out))
-
-
-def wait_until(done):
-    """Fails by the time limit of the test as a whole."""
-    while not done():
-        time.sleep(0.2)
-
-
-def trainings_in(folder):
-    """Processes whose command names a file there."""
-    found = []
-    for entry in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            words = entry.read_bytes().split(b"\0")
-        except OSError:
-            continue
-        if any(word.endswith(b"train.py") for word in words) and any(bytes(folder) in word for word in words):
-            found.append(int(entry.parent.name))
-    return found
+        wait_until(lambda: not find_processes("train.py", out))

@@ -3,12 +3,14 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import unittest
 from pathlib import Path
 
 import numpy as np
 from files import ROOT, radiance, scratch, write_exr
+from processes import find_processes, wait_until
 
 from study import figures, methods, sequence, tables, timing
 from study.figures import Truth
@@ -51,6 +53,18 @@ class Command(unittest.TestCase):
         for method in self.result["frames"]["methods"].values():
             for frame in method["frames"]:
                 self.assertTrue(Path(frame["picture"]).exists())
+
+    def test_terminated(self):
+        """What it has begun ends with it, also where two methods are judged at a time."""
+        out = Path(scratch("long"))
+        shutil.rmtree(out, ignore_errors=True)
+        command = [os.path.join(ROOT, "tools/eval/quality"), *"--frames 1 --size 48 --spp 1 --parts frames".split()]
+        command += ["--paths", "1000000", "--out", str(out)]
+        study = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        wait_until(lambda: study.poll() is not None or len(list(out.glob("pictures/*.exr"))) > 4)
+        study.send_signal(signal.SIGTERM)
+        self.assertEqual(study.wait(), 130)
+        self.assertEqual(find_processes("lightformer", out), [])
 
     def test_resumed(self):
         """Nothing is made twice: only a picture that is missing is made, the same again."""

@@ -186,7 +186,11 @@ class Study:
             noise.append(truth.noise())
             shown.append({"seed": seed, "references": [str(truth.first), str(truth.second)]})
             with ThreadPoolExecutor(AT_ONCE) as pool:
-                found = list(pool.map(self._row, judged, repeat(at), repeat(truth)))
+                try:
+                    found = list(pool.map(self._row, judged, repeat(at), repeat(truth)))
+                except BaseException:
+                    self.renderer.stop()  # before the pool waits for its threads
+                    raise
             for method, row in zip(judged, found):
                 rows[method.name].append(row)
             print(f"{scene.stem} {seed}: {_progress(rows)}", file=sys.stderr, flush=True)
@@ -270,7 +274,7 @@ def machine() -> dict[str, object]:
 
 def main() -> int:
     """The command."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what it has begun ends with it
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         arguments = sys.argv[1:]
         Study(parse(arguments), "tools/eval/quality " + shlex.join(arguments)).run()

@@ -63,6 +63,9 @@ class Renderer:
 
     def __init__(self, folder: Path, program: Path = PROGRAM) -> None:
         self.folder, self.program = folder, program
+        self.making: dict[Path, threading.Lock] = {}  # one thread makes a picture, others wait for it
+        self.running: set[subprocess.Popen] = set()
+        self.stopped = False
         if not os.access(program, os.X_OK):
             raise BadInput(f"{program}: no such program: run tools/build")
         try:
@@ -81,8 +84,12 @@ class Renderer:
     def picture(self, shot: Shot) -> Path:
         """The file of a picture, made if it is not there."""
         path = self.path(shot)
-        if path.exists():
-            return path
+        with self.making.setdefault(path, threading.Lock()):
+            if not path.exists():
+                self._make(shot, path)
+        return path
+
+    def _make(self, shot: Shot, path: Path) -> None:
         arguments = [*shot.options, "--size", f"{shot.size}x{shot.size}"]
         if shot.weights:
             arguments += ["--weights", str(shot.weights)]
@@ -93,16 +100,33 @@ class Renderer:
         printed = self._run("render", str(shot.scene), "-o", str(unfinished), *arguments)
         os.replace(printed.strip(), path)  # numbered, if it is a frame
         print(f"{time.monotonic() - begun:8.1f} s  {' '.join(shot.options)}", file=sys.stderr)
-        return path
 
     def measure(self, *arguments: str) -> dict:
         """What `lightformer bench --json` says."""
         return json.loads(self._run("bench", *arguments, "--json"))
 
     def _run(self, *arguments: str) -> str:
-        done = subprocess.run([self.program, *arguments], capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            ended = f"signal {-done.returncode}" if done.returncode < 0 else f"exit code {done.returncode}"
-            lines = done.stderr.strip().splitlines() or [ended]
+        process = subprocess.Popen(
+            [self.program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        self.running.add(process)
+        if self.stopped:
+            process.terminate()
+        try:
+            printed, errors = process.communicate()
+        except BaseException:
+            process.terminate()
+            raise
+        finally:
+            self.running.discard(process)
+        if process.returncode != 0:
+            ended = f"signal {-process.returncode}" if process.returncode < 0 else f"exit code {process.returncode}"
+            lines = errors.strip().splitlines() or [ended]
             raise BadInput(f"lightformer {shlex.join(arguments)}: {lines[-1]}")
-        return done.stdout
+        return printed
+
+    def stop(self) -> None:
+        """Ends what is running, in whatever thread, for good."""
+        self.stopped = True
+        for process in list(self.running):
+            process.terminate()

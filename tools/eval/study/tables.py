@@ -202,7 +202,9 @@ def _unseen(result: dict) -> list[Table]:
     return [
         Table(
             "Scenes with something that no training showed",
-            "Times: RSE over that of the scene it was trained on, same variations.",
+            "Times: RSE over that of the scene it was trained on, same variations. References: "
+            + ", ".join(sorted({f"2 x {part['spp']} spp" for part in parts.values()}))
+            + ", whose noise HDR-FLIP sees.",
             ["scene: method", "RSE", "times", "HDR-FLIP", "mean ratio"],
             rows,
         )
