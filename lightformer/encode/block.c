@@ -161,5 +161,6 @@ void lf_block_average(const struct lf_encode_scene *scene, const struct lf_pixel
                       const struct lf_block_rays *rays, bool lobes, float *out)
 {
     struct average average = {pixels, rays, lobes, out};
+    lf_block_ask(scene, pixels, rays);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, average_rows, &average);
 }

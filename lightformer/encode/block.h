@@ -38,16 +38,16 @@ struct lf_block_rays {
 // What a pixel and its neighbours found, as a set.
 enum { LF_BLOCK_LIT = 1, LF_BLOCK_HIDDEN = 2 };
 
-// Finds the opinions of all pixels. They stay in scratch until lf_block_average is through.
+// Finds the opinions of all pixels, in scratch.
 void lf_block_ask(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                   const struct lf_block_rays *rays);
-// Those of one pixel and its neighbours.
+// Those of one pixel and its neighbours; after lf_block_ask.
 unsigned lf_block_opinions(const struct lf_pixel_clues *pixels, const struct lf_block_rays *rays, uint32_t x,
                            uint32_t y);
 
 // The parts that pixels found, as the weighted mean of their neighbours': sum of part * weight over sum of
 // weight. 0 where no neighbour was asked. `lobes`: only neighbours count whose highlights look into the same
-// directions. `out` is none of the planes of `rays`; after lf_block_ask.
+// directions. `out` is none of the planes of `rays`.
 void lf_block_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                       const struct lf_block_rays *rays, bool lobes, float *out);
 

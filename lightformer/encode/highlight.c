@@ -225,7 +225,6 @@ void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pix
     ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &s);
     lf_block_ask(scene, pixels, rays);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, refine_rows, &s);
-    lf_block_ask(scene, pixels, rays);
     lf_block_average(scene, pixels, rays, true, out);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &s);
 }

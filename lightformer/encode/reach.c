@@ -95,6 +95,5 @@ void lf_reach_find(const struct lf_encode_scene *scene, const struct lf_pixel_cl
         return;
     }
     ng_jobs_for(scene->jobs, (pixels->height + TILE - 1) / TILE, 1, trace_tiles, &s);
-    lf_block_ask(scene, pixels, rays);
     lf_block_average(scene, pixels, rays, false, reached);
 }
