@@ -1,7 +1,8 @@
 // Indirect light by rays over the hemisphere: two for each point of the grid, in two of 128 directions by its
 // place in blocks of 8 x 8 points, lit where they end. Each point takes the mean of a block around it, over
-// surfaces like its own, along rows and then along columns. Coarse, but it knows what stands in the way,
-// which light of RSM texels (bounce.c) does not.
+// surfaces like its own, along rows and then along columns; then the mean of three such means half a block
+// apart, each way, since rays from different places do not agree as well as different directions do. Coarse,
+// but it knows what stands in the way, which light of RSM texels (bounce.c) does not.
 #include "lightformer/encode/clues_internal.h"
 
 #include <string.h>
@@ -19,14 +20,11 @@ struct casting {
     float spiral[DIRECTIONS][3]; // as lf_lobe_samples
 };
 
-// Cosine-weighted. Where a point is in its quarter of a block decides more than which quarter that is: so any
-// 4 x 4 points have directions from all over the hemisphere.
+// Cosine-weighted.
 static void choose_direction(const struct casting *job, const float normal[3], uint32_t x, uint32_t y,
                              uint32_t ray, float out[3])
 {
-    static const uint32_t quarters[4] = {0, 2, 3, 1};
-    uint32_t quarter = quarters[y / LF_BLOCK % 2 * 2 + x / LF_BLOCK % 2];
-    const float *u = job->spiral[(4 * lf_block_order[lf_block_place(x, y)] + quarter) * RAYS + ray];
+    const float *u = job->spiral[lf_block_choice(x, y) * RAYS + ray];
     struct ng_local_direction l = ng_brdf_cosine(u[0], u[1], u[2]);
     const struct lf_frame frame = lf_frame_around(normal[0], normal[1], normal[2]);
     lf_lobe_to_world(&frame, &l, out);
@@ -61,28 +59,48 @@ static void cast_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 
 // ---- neighbours ------------------------------------------------------------------------------------------
 
-// Place `k` of the row (pass 0) or column around a point. False if it is outside.
-static bool neighbour(const struct lf_pixel_clues *p, uint32_t pass, uint32_t x, uint32_t y, uint32_t k,
-                      size_t *out)
+// A mean over neighbours in a row or a column.
+struct pass {
+    uint32_t taps, step; // points from one to the next
+    bool down;
+    float window[LF_AROUND_REACH];
+};
+
+static const struct pass passes[LF_AROUND_PASSES] = {
+    {.taps = SIDE + 1, .step = 1, .down = false, .window = {0.5f, 1, 1, 1, 1, 1, 1, 1, 0.5f}},
+    {.taps = SIDE + 1, .step = 1, .down = true, .window = {0.5f, 1, 1, 1, 1, 1, 1, 1, 0.5f}},
+    {.taps = 3, .step = SIDE / 2, .down = false, .window = {1, 2, 1}},
+    {.taps = 3, .step = SIDE / 2, .down = true, .window = {1, 2, 1}},
+};
+
+// Place `k` of a pass around a point. False if it is outside.
+static bool neighbour(const struct lf_pixel_clues *p, const struct pass *pass, uint32_t x, uint32_t y,
+                      uint32_t k, size_t *out)
 {
-    uint32_t column = x + (pass ? 0 : k - SIDE / 2), row = y + (pass ? k - SIDE / 2 : 0); // wraps at the edge
+    uint32_t way = (k - pass->taps / 2) * pass->step; // wraps, as what is left or above of the picture does
+    uint32_t column = x + (pass->down ? 0 : way), row = y + (pass->down ? way : 0);
     *out = (size_t)row * p->grid_width + column;
     return column < p->grid_width && row < p->grid_height;
+}
+
+static float *weights_of(const struct lf_pixel_clues *p, uint32_t pass, size_t point)
+{
+    return p->around.weights.items + (pass * lf_grid_points(p) + point) * LF_AROUND_REACH;
 }
 
 static void weigh(struct lf_pixel_clues *p, uint32_t pass, uint32_t x, uint32_t y)
 {
     size_t at = (size_t)y * p->grid_width + x, other;
-    float *weight = p->around.weights.items + (pass * lf_grid_points(p) + at) * LF_AROUND_REACH, sum = 0;
-    for (uint32_t k = 0; k < LF_AROUND_REACH; k++) {
+    float *weight = weights_of(p, pass, at), sum = 0;
+    for (uint32_t k = 0; k < passes[pass].taps; k++) {
         weight[k] = 0;
-        if (!neighbour(p, pass, x, y, k, &other))
+        if (!neighbour(p, &passes[pass], x, y, k, &other))
             continue;
         size_t pixel = p->around.ends.items[other].pixel;
-        weight[k] = (k % SIDE ? 1 : 0.5f) * lf_pixel_likeness(p, p->around.ends.items[at].pixel, pixel);
+        weight[k] = passes[pass].window[k] * lf_pixel_likeness(p, p->around.ends.items[at].pixel, pixel);
         sum += weight[k];
     }
-    for (uint32_t k = 0; k < LF_AROUND_REACH; k++)
+    for (uint32_t k = 0; k < passes[pass].taps; k++)
         weight[k] = sum > 0 ? weight[k] / sum : 0;
 }
 
@@ -92,7 +110,7 @@ static void weigh_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker
     const struct casting *job = user;
     for (uint32_t y = begin; y < end; y++)
         for (uint32_t x = 0; x < job->pixels->grid_width; x++)
-            for (uint32_t pass = 0; pass < 2; pass++)
+            for (uint32_t pass = 0; pass < LF_AROUND_PASSES; pass++)
                 weigh(job->pixels, pass, x, y);
 }
 
@@ -103,7 +121,7 @@ ng_result lf_around_cast(const struct lf_encode_scene *scene, struct lf_pixel_cl
     if (!lf_encode_wants(scene, LF_INPUT_VIEW_GATHERED))
         return NG_OK;
     if (!ng_array_resize(&out->around.ends, RAYS * points) ||
-        !ng_array_resize(&out->around.weights, 2 * LF_AROUND_REACH * points))
+        !ng_array_resize(&out->around.weights, LF_AROUND_PASSES * LF_AROUND_REACH * points))
         return ng_out_of_memory("the surroundings of a picture");
     lf_lobe_wind(DIRECTIONS, job.spiral);
     ng_jobs_for(scene->jobs, out->grid_height, 1, cast_rows, &job);
@@ -125,14 +143,15 @@ static void average_rows(void *user, uint32_t begin, uint32_t end, uint32_t work
     NG_UNUSED(worker);
     const struct averaging *job = user;
     const struct lf_pixel_clues *p = job->pixels;
+    const struct pass *pass = &passes[job->pass];
     size_t points = lf_grid_points(p);
     for (uint32_t y = begin; y < end; y++)
         for (uint32_t x = 0; x < p->grid_width; x++) {
             size_t at = (size_t)y * p->grid_width + x, other;
-            const float *weight = p->around.weights.items + (job->pass * points + at) * LF_AROUND_REACH;
+            const float *weight = weights_of(p, job->pass, at);
             float sum[3] = {0};
-            for (uint32_t k = 0; k < LF_AROUND_REACH; k++)
-                if (neighbour(p, job->pass, x, y, k, &other))
+            for (uint32_t k = 0; k < pass->taps; k++)
+                if (neighbour(p, pass, x, y, k, &other))
                     for (size_t c = 0; c < 3; c++)
                         sum[c] += weight[k] * job->from[c * points + other];
             for (size_t c = 0; c < 3; c++)
@@ -194,9 +213,11 @@ ng_result lf_around_light(const struct lf_encode_scene *scene, const struct lf_p
           *second = first + 3 * points;
     lf_rays_light(scene, light, pixels->around.ends.items, (uint32_t)(RAYS * points), 0, seen);
     add_channels(seen, points, first);
-    struct averaging rows = {pixels, first, second, 0}, columns = {pixels, second, first, 1};
-    ng_jobs_for(scene->jobs, pixels->grid_height, 8, average_rows, &rows);
-    ng_jobs_for(scene->jobs, pixels->grid_height, 8, average_rows, &columns);
+    for (uint32_t pass = 0; pass < LF_AROUND_PASSES; pass++) {
+        bool back = pass % 2; // to the first, after an even number of passes
+        struct averaging job = {pixels, back ? second : first, back ? first : second, pass};
+        ng_jobs_for(scene->jobs, pixels->grid_height, 8, average_rows, &job);
+    }
     lf_grid_spread(scene, pixels, first, out);
     fill_alone(pixels, first, out);
     return NG_OK;

@@ -24,6 +24,15 @@ static inline uint32_t lf_block_place(uint32_t x, uint32_t y)
 // The same 16 numbers in an order in which any four neighbours are far apart.
 extern const unsigned char lf_block_order[LF_BLOCK * LF_BLOCK];
 
+// One of LF_BLOCK_CHOICES for a place in 2 x 2 blocks. Where it is in its block decides more than which block
+// that is: so any block has choices from all over.
+#define LF_BLOCK_CHOICES (4 * LF_BLOCK * LF_BLOCK)
+static inline uint32_t lf_block_choice(uint32_t x, uint32_t y)
+{
+    static const unsigned char quarters[4] = {0, 2, 3, 1};
+    return 4u * lf_block_order[lf_block_place(x, y)] + quarters[y / LF_BLOCK % 2 * 2 + x / LF_BLOCK % 2];
+}
+
 // Weights of LF_BLOCK_REACH places in a row, of which those inside a block's width around `at` (in places
 // from the first) count: so each of a block's places counts as one, wherever the block is.
 void lf_block_window(float at, float out[LF_BLOCK_REACH]);

@@ -51,6 +51,17 @@ struct lf_mirror_taps {
     uint16_t weight[LF_BLOCK_REACH * LF_BLOCK_REACH];
 };
 
+// What a pixel sees in the middle of its lobe, and what it takes of pixels a block apart that see the same;
+// weights sum to 1.
+struct lf_sight {
+    float direction[3], distance;
+};
+#define LF_WIDE_TAPS 9
+struct lf_wide_taps {
+    uint32_t pixel;
+    float weight[LF_WIDE_TAPS];
+};
+
 // Of what metals reflect all is seen, of what others do little: each has a density of rays of its own. Pixels
 // of LF_MIRROR_NONE reflect nothing.
 enum lf_mirror_kind { LF_MIRROR_METAL, LF_MIRROR_GLOSS, LF_MIRROR_KINDS, LF_MIRROR_NONE = LF_MIRROR_KINDS };
@@ -68,15 +79,18 @@ struct lf_mirror {
     NG_ARRAY(struct lf_ray_end) hits;     // of a kind in the order of pixels
     NG_ARRAY(struct lf_mirror_ray) rays;  // of the first hits
     NG_ARRAY(struct lf_mirror_taps) taps; // of all pixels that reflect
-    struct lf_floats seen;                // what hits show
+    NG_ARRAY(struct lf_sight) sights;     // by pixel; only of those that reflect
+    NG_ARRAY(struct lf_wide_taps) wide;   // of those that see what others see
+    struct lf_floats seen;                // what hits show; room for means
 };
 
-// Rays over the hemisphere of every point of the grid, and what is taken of those of its neighbours: first
-// along rows, then along columns.
-#define LF_AROUND_REACH 9
+// Rays over the hemisphere of every point of the grid, and what is taken of those of its neighbours, pass by
+// pass.
+#define LF_AROUND_REACH  9
+#define LF_AROUND_PASSES 4
 struct lf_around {
     NG_ARRAY(struct lf_ray_end) ends; // [rays][grid points]; where is no surface nothing was met
-    NG_ARRAY(float) weights;          // [2][grid points][LF_AROUND_REACH]; sums are 1
+    NG_ARRAY(float) weights;          // [LF_AROUND_PASSES][grid points][LF_AROUND_REACH]; sums are 1
 };
 
 #define LF_PIXEL_PLANES 31 // of all inputs, and what is kept beside them
@@ -138,7 +152,7 @@ struct lf_light_clues {
     struct lf_floats view;      // view inputs, or those that were kept of them
     size_t pixel_count;         // of a plane of them
     struct lf_floats grid;      // sums of RSM texels at the grid
-    struct lf_floats reflected; // what hits show of the light
+    struct lf_floats reflected; // what hits show of the light; room for means
     struct lf_floats around;    // what rays over hemispheres show of it
     struct lf_net_values values;
     double ms[LF_ENCODE_STAGES];
@@ -201,11 +215,23 @@ float lf_pixel_likeness(const struct lf_pixel_clues *pixels, size_t pixel, size_
 void lf_points_set_pixel(const struct lf_pixel_clues *pixels, size_t pixel, int lane, struct lf_points *out);
 
 // mirror.c
+static inline void lf_mirror_direction(const float view[3], const float normal[3], float out[3])
+{
+    lf_scale(normal, 2 * lf_dot(normal, view), out);
+    lf_mad(out, view, -1, out);
+    lf_normalize(out);
+}
 NG_NODISCARD ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget,
                                       struct lf_pixel_clues *out);
 NG_NODISCARD ng_result lf_mirror_light(const struct lf_encode_scene *scene,
                                        const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
                                        float *const direct[3], float *const bounce[3]);
+
+// wide.c: reflections averaged over several blocks, for wide lobes: who takes what of whom, by what their
+// rays met; and the averages. `scratch`: [pixels that reflect][channels].
+NG_NODISCARD ng_result lf_wide_find(const struct lf_encode_scene *scene, struct lf_pixel_clues *out);
+void lf_wide_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                     uint32_t channels, float *scratch, float *const planes[]);
 
 // shape.c: the light as the kernels take it.
 void lf_shape_make(struct lf_light_clues *light);

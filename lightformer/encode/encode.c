@@ -35,6 +35,8 @@ void lf_pixel_clues_destroy(struct lf_pixel_clues **clues)
     ng_array_finish(&p->reflections.hits);
     ng_array_finish(&p->reflections.rays);
     ng_array_finish(&p->reflections.taps);
+    ng_array_finish(&p->reflections.wide);
+    ng_array_finish(&p->reflections.sights);
     ng_array_finish(&p->reflections.seen.list);
     ng_array_finish(&p->around.ends);
     ng_array_finish(&p->around.weights);

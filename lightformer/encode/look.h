@@ -15,6 +15,7 @@ struct lf_space;
 struct lf_ray_end {
     uint32_t pixel;   // where the ray began
     uint32_t block;   // place among the rays of a block (block.h)
+    uint32_t choice;  // which direction it takes (lf_block_choice)
     uint32_t through; // index + 1 of the end from which this one goes on; 0: from the pixel
     bool met;
     float distance;     // along the ray

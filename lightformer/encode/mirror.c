@@ -17,7 +17,8 @@
 struct cast {
     const struct lf_encode_scene *scene;
     struct lf_pixel_clues *pixels;
-    float focal; // pixels
+    float focal;                       // pixels
+    float spiral[LF_BLOCK_CHOICES][3]; // as lf_lobe_samples
 };
 
 // ---- kinds -----------------------------------------------------------------------------------------------
@@ -63,8 +64,8 @@ static uint32_t count_pixels(const struct lf_pixel_clues *p, enum lf_mirror_kind
 
 static void start_ray(struct lf_mirror *m, size_t pixel, uint32_t x, uint32_t y)
 {
-    m->hits.items[m->hits.count++] =
-        (struct lf_ray_end){.pixel = (uint32_t)pixel, .block = lf_block_place(x, y)};
+    m->hits.items[m->hits.count++] = (struct lf_ray_end){
+        .pixel = (uint32_t)pixel, .block = lf_block_place(x, y), .choice = lf_block_choice(x, y)};
 }
 
 static ng_result choose_pixels(enum lf_mirror_kind kind, uint32_t budget, struct lf_pixel_clues *p)
@@ -91,14 +92,6 @@ static ng_result choose_pixels(enum lf_mirror_kind kind, uint32_t budget, struct
     return NG_OK;
 }
 
-// Mirrored about a normal.
-static void mirror(const float view[3], const float normal[3], float out[3])
-{
-    lf_scale(normal, 2 * lf_dot(normal, view), out);
-    lf_mad(out, view, -1, out);
-    lf_normalize(out);
-}
-
 // Of the BRDF's choice of a direction.
 static float density_of(const struct lf_lobe *at, const float direction[3])
 {
@@ -117,7 +110,7 @@ static void choose_direction(const struct lf_lobe *at, const float u[3], float p
 {
     lf_lobe_direction(at, (const float[3]){u[0], u[1], u[2] * part}, out->direction);
     for (int i = 0; i < 2 && !(lf_dot(out->direction, at->flat) > 0); i++)
-        mirror(at->view, i ? at->flat : at->normal, out->direction);
+        lf_mirror_direction(at->view, i ? at->flat : at->normal, out->direction);
     out->density = density_of(at, out->direction) / part;
 }
 
@@ -142,8 +135,7 @@ static void cast_from_pixels(void *user, uint32_t begin, uint32_t end, uint32_t 
         float position[3];
         lf_pixel_position(p, hit->pixel, position);
         lf_pixel_lobe(p, hit->pixel, &lobe);
-        choose_direction(&lobe, lf_lobe_samples[lf_block_order[hit->block]],
-                         part_of_lobe(cast, hit, lobe.roughness), hit);
+        choose_direction(&lobe, cast->spiral[hit->choice], part_of_lobe(cast, hit, lobe.roughness), hit);
         lf_ray_cast(cast->scene, &p->space, position, lobe.flat, lobe.roughness, hit);
         struct lf_mirror_ray *ray = &p->reflections.rays.items[i];
         *ray = (struct lf_mirror_ray){.density = hit->density, .met = hit->met};
@@ -176,9 +168,9 @@ static void cast_from_hits(void *user, uint32_t begin, uint32_t end, uint32_t wo
     for (uint32_t i = m->first + begin; i < m->first + end; i++) {
         struct lf_ray_end *hit = &m->hits.items[i];
         const struct lf_ray_end *from = &m->hits.items[hit->through - 1];
-        mirror(from->view, from->normal, hit->direction);
+        lf_mirror_direction(from->view, from->normal, hit->direction);
         if (!(lf_dot(hit->direction, from->flat) > 0))
-            mirror(from->view, from->flat, hit->direction);
+            lf_mirror_direction(from->view, from->flat, hit->direction);
         lf_ray_cast(cast->scene, &cast->pixels->space, from->position, from->flat, from->roughness, hit);
     }
 }
@@ -347,7 +339,7 @@ static bool wants_any(const struct lf_encode_scene *s)
 static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
 {
     struct lf_mirror *m = &p->reflections;
-    if (!ng_array_resize(&m->seen.list, LF_END_CHANNELS * m->hits.count))
+    if (!ng_array_resize(&m->seen.list, LF_END_CHANNELS * (m->hits.count + m->taps.count)))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0; i < m->hits.count; i++) {
         const struct lf_ray_end *hit = &m->hits.items[i];
@@ -364,6 +356,8 @@ static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixe
                           .planes = {p->mirror, p->mirror_albedo[0], p->mirror_albedo[1], p->mirror_albedo[2],
                                      p->emission[0], p->emission[1], p->emission[2]}};
     spread(scene, &s);
+    NG_TRY(lf_wide_find(scene, p));
+    lf_wide_average(scene, p, PIXEL_CHANNELS, m->seen.list.items + LF_END_CHANNELS * m->hits.count, s.planes);
     p->values.of[LF_INPUT_PIXEL_MIRROR] = p->mirror;
     p->values.of[LF_INPUT_PIXEL_MIRROR_ALBEDO] = p->mirror_albedo[0];
     p->values.of[LF_INPUT_PIXEL_MIRROR_EMISSION] = p->emits ? p->mirror_emission[0] : NULL;
@@ -379,6 +373,7 @@ ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget, s
         return NG_OK;
     cast.focal = lf_finite((float)out->height / (2 * tanf(camera->fov_y / 2)));
     m->hits.count = 0;
+    lf_lobe_wind(LF_BLOCK_CHOICES, cast.spiral);
     NG_TRY(find_kinds(scene, out));
     NG_TRY(choose_pixels(LF_MIRROR_METAL, budget - budget / 4, out)); // at least one each
     NG_TRY(choose_pixels(LF_MIRROR_GLOSS, (budget + 3) / 4, out));
@@ -397,7 +392,7 @@ ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_p
                           struct lf_light_clues *light, float *const direct[3], float *const bounce[3])
 {
     const struct lf_mirror *m = &pixels->reflections;
-    if (!ng_array_resize(&light->reflected.list, LF_END_CHANNELS * m->hits.count))
+    if (!ng_array_resize(&light->reflected.list, LF_END_CHANNELS * (m->hits.count + m->wide.count)))
         return ng_out_of_memory("the view of a light");
     lf_rays_light(scene, light, m->hits.items, (uint32_t)m->hits.count, m->first,
                   light->reflected.list.items);
@@ -407,5 +402,7 @@ ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_p
                           .channels = LF_END_USED,
                           .planes = {direct[0], direct[1], direct[2], bounce[0], bounce[1], bounce[2]}};
     spread(scene, &s);
+    lf_wide_average(scene, pixels, LF_END_USED, light->reflected.list.items + LF_END_CHANNELS * m->hits.count,
+                    s.planes);
     return NG_OK;
 }

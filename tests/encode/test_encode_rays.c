@@ -96,6 +96,33 @@ static void penumbrae_are_soft(void **state)
     scene_close(&s);
 }
 
+struct likeness {
+    double error, mean; // relative squared error; ratio of means
+    int count;
+};
+
+// What rays of metals see, times F0, beside their indirect light by the path tracer.
+static struct likeness compare_reflections(const struct picture *p, const float *truth, size_t pixels)
+{
+    float unit = *lf_pixel_clues_values(p->pixels)->of[LF_INPUT_FRAME_RADIANCE];
+    double error = 0, mean = 0, expected = 0;
+    int count = 0;
+    for (size_t i = 0; i < pixels; i++)
+        for (uint32_t c = 0; c < 3; c++) {
+            if (!(picture_pixels(p, LF_INPUT_PIXEL_SPECULAR, 0)[i] > 0.5f))
+                continue;
+            double seen = (double)((picture_view(p, 0, LF_INPUT_VIEW_MIRROR, c)[i] +
+                                    picture_view(p, 0, LF_INPUT_VIEW_MIRROR_BOUNCE, c)[i]) *
+                                   unit),
+                   b = (double)truth[3 * i + c];
+            error += (seen - b) * (seen - b) / (b * b + 1e-3);
+            mean += seen;
+            expected += b;
+            count++;
+        }
+    return (struct likeness){error / count, mean / expected, count};
+}
+
 // A rough metal ball before lit walls of three colours, and a second one that shows the first: what its rays
 // see, times F0, is what the path tracer finds after one reflection, or two.
 static void metals_show_what_surrounds_them(void **state)
@@ -117,29 +144,63 @@ static void metals_show_what_surrounds_them(void **state)
     picture_point(&s, 4, (const float[3]){0, 1.2f, 2});
     scene_frame(&s, 0);
     picture_encode(&p, &s, SIZE, SIZE);
-    float *truth = trace_layer(&s, SIZE, 4, 100, "indirect"),
-          unit = *lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE];
-    double error = 0, mean = 0, expected = 0;
-    int count = 0;
-    for (size_t i = 0; i < SIZE * SIZE; i++)
-        for (uint32_t c = 0; c < 3; c++) {
-            if (!(picture_pixels(&p, LF_INPUT_PIXEL_SPECULAR, 0)[i] > 0.5f))
-                continue;
-            double seen = (double)((picture_view(&p, 0, LF_INPUT_VIEW_MIRROR, c)[i] +
-                                    picture_view(&p, 0, LF_INPUT_VIEW_MIRROR_BOUNCE, c)[i]) *
-                                   unit),
-                   b = (double)truth[3 * i + c];
-            error += (seen - b) * (seen - b) / (b * b + 1e-3);
-            mean += seen;
-            expected += b;
-            count++;
-        }
-    print_message("metals: relative squared error %.2g, mean %.3f (of %.2g)\n", error / count,
-                  mean / expected, expected / count);
-    assert_true(count > 1000 && error < 0.1 * count && fabs(mean / expected - 1) < 0.1);
+    float *truth = trace_layer(&s, SIZE, 4, 100, "indirect");
+    struct likeness l = compare_reflections(&p, truth, SIZE * SIZE);
+    print_message("metals: relative squared error %.2g, mean %.3f\n", l.error, l.mean);
+    assert_true(l.count > 1000 && l.error < 0.1 && fabs(l.mean - 1) < 0.1);
     free(truth);
     picture_close(&p);
     scene_close(&s);
+}
+
+// A plate of rough metal before a fence of red and blue posts: a lobe sees many of them, a block of rays
+// some.
+static void wide_lobes_see_much(void **state)
+{
+    NG_UNUSED(state);
+    enum { SIZE = 128, POSTS = 24 };
+    static const float red[3] = {0.8f, 0.1f, 0.1f}, blue[3] = {0.1f, 0.1f, 0.8f};
+    struct scene s;
+    struct picture p = {0};
+    scene_open(&s, 2);
+    ng_entity metal = scene_material(&s, white, 1, 0.5f);
+    ng_entity paint[2] = {scene_material(&s, red, 0, 1), scene_material(&s, blue, 0, 1)};
+    scene_quad(&s, (const float[3]){-2, -1, 2}, (const float[3]){4, 0, 0}, (const float[3]){0, 0, -4}, metal);
+    for (int i = 0; i < POSTS; i++)
+        scene_quad(&s, (const float[3]){-2 + 4.0f / POSTS * (float)i, -1, -2},
+                   (const float[3]){2.0f / POSTS, 0, 0}, (const float[3]){0, 2, 0}, paint[i % 2]);
+    picture_point(&s, 4, (const float[3]){0, 1.2f, 2});
+    scene_frame(&s, 0);
+    picture_encode(&p, &s, SIZE, SIZE);
+    float *truth = trace_layer(&s, SIZE, 4, 400, "indirect");
+    struct likeness l = compare_reflections(&p, truth, SIZE * SIZE);
+    print_message("a fence: relative squared error %.2g, mean %.3f\n", l.error, l.mean);
+    assert_true(l.count > 1000 && l.error < 0.007 && fabs(l.mean - 1) < 0.25);
+    free(truth);
+    picture_close(&p);
+    scene_close(&s);
+}
+
+static bool on_back_wall(const struct picture *p, size_t pixel)
+{
+    const float *at = p->position + 4 * pixel;
+    return at[3] > 0 && at[2] < -1.99f;
+}
+
+// Of light from the hemisphere on the back wall: how far points are from the mean of those on both sides.
+static double grain_of_wall(const struct picture *p, uint32_t size)
+{
+    double grain = 0, sum = 0;
+    for (size_t y = 0; y < size; y++)
+        for (size_t x = 4; x + 4 < size; x++) {
+            size_t i = y * size + x;
+            if (!on_back_wall(p, i) || !on_back_wall(p, i - 4) || !on_back_wall(p, i + 4))
+                continue;
+            const float *light = &picture_view(p, 0, LF_INPUT_VIEW_GATHERED, 0)[i];
+            grain += fabs((double)light[0] - 0.5 * (double)(light[-4] + light[4]));
+            sum += (double)light[0];
+        }
+    return grain / sum;
 }
 
 // A table keeps off the floor what lit walls reflect: rays over the hemisphere know, light of RSM texels does
@@ -174,8 +235,11 @@ static void what_stands_in_the_way_counts(void **state)
         rays += (double)(picture_view(&p, 0, LF_INPUT_VIEW_GATHERED, 0)[i] * unit);
         texels += (double)(picture_view(&p, 0, LF_INPUT_VIEW_BOUNCE, 0)[i] * unit);
     }
-    print_message("of the indirect light: rays %.2f, texels %.2f\n", rays / expected, texels / expected);
+    double grain = grain_of_wall(&p, SIZE);
+    print_message("of the indirect light: rays %.2f, texels %.2f; grain %.2g\n", rays / expected,
+                  texels / expected, grain);
     assert_true(expected > 0 && texels > 1.5 * expected); // so that there is something in the way
+    assert_true(grain < 0.01);
     assert_true(fabs(rays - expected) < 0.5 * fabs(texels - expected));
     free(truth);
     picture_close(&p);
@@ -185,9 +249,8 @@ static void what_stands_in_the_way_counts(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(highlights_are_shadowed),
-        cmocka_unit_test(penumbrae_are_soft),
-        cmocka_unit_test(metals_show_what_surrounds_them),
+        cmocka_unit_test(highlights_are_shadowed),         cmocka_unit_test(penumbrae_are_soft),
+        cmocka_unit_test(metals_show_what_surrounds_them), cmocka_unit_test(wide_lobes_see_much),
         cmocka_unit_test(what_stands_in_the_way_counts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
