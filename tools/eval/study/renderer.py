@@ -73,11 +73,16 @@ class Renderer:
         except OSError as error:
             raise BadInput(f"{folder}: {os.strerror(error.errno)}") from error
 
+    @property
+    def version(self) -> str:
+        """Of the program: a hash of its bytes."""
+        return digest(self.program)
+
     def path(self, shot: Shot, suffix: str = "") -> Path:
         """Where a picture is, or will be. `suffix`: of what is made from it."""
         made_by = [digest(shot.scene), shot.size, shot.options, shot.layers]
         if not shot.traced:
-            made_by += [digest(self.program), shot.weights and digest(shot.weights)]
+            made_by += [self.version, shot.weights and digest(shot.weights)]
         key = hashlib.sha256(json.dumps(made_by).encode()).hexdigest()[:12]
         return self.folder / f"{shot.scene.stem}-{shot.options[1].partition('.')[0]}-{key}{suffix}.exr"
 
@@ -97,15 +102,16 @@ class Renderer:
             arguments += ["--aov", ",".join(shot.layers)]
         begun = time.monotonic()
         unfinished = path.with_name(f"unfinished-{os.getpid()}-{threading.get_ident()}.exr")
-        printed = self._run("render", str(shot.scene), "-o", str(unfinished), *arguments)
+        printed = self.run("render", str(shot.scene), "-o", str(unfinished), *arguments)
         os.replace(printed.strip(), path)  # numbered, if it is a frame
         print(f"{time.monotonic() - begun:8.1f} s  {' '.join(shot.options)}", file=sys.stderr)
 
     def measure(self, *arguments: str) -> dict:
         """What `lightformer bench --json` says."""
-        return json.loads(self._run("bench", *arguments, "--json"))
+        return json.loads(self.run("bench", *arguments, "--json"))
 
-    def _run(self, *arguments: str) -> str:
+    def run(self, *arguments: str) -> str:
+        """What the program prints."""
         process = subprocess.Popen(
             [self.program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )

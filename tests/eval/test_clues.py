@@ -1,0 +1,45 @@
+"""tools/eval/clues on one frame."""
+
+import os
+import subprocess
+import unittest
+
+import numpy as np
+from files import ROOT, scratch
+
+from study.clues import Clues
+
+
+def clues(*arguments):
+    return subprocess.run(
+        [os.path.join(ROOT, "tools/eval/clues"), *arguments], capture_output=True, text=True, check=False
+    )
+
+
+class Command(unittest.TestCase):
+    def test_table(self):
+        """Kinds of surfaces fill the picture; clues are worth something, each in its own columns."""
+        done = clues("--seeds", "900000", "--spp", "4", "--pictures", scratch("pictures"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [line for line in done.stdout.splitlines() if line.startswith(("metals", "glossy", "rough"))]
+        self.assertEqual(len(rows), 3)
+        cells = [row[20:].split() for row in rows]
+        self.assertAlmostEqual(sum(float(row[0]) for row in cells), 1, delta=0.05)
+        self.assertTrue(all(0 < float(row[1]) < 0.05 for row in cells))
+        self.assertEqual(cells[0][-2:], ["–", "–"])
+        self.assertEqual([row[2] for row in cells[1:]], ["–", "–"])
+
+    def test_refused(self):
+        done = clues("--scene", "content/LICENSES.md", "--pictures", scratch("pictures"))
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+
+
+class Sums(unittest.TestCase):
+    def test_lights_count_by_their_shares(self):
+        ones = np.ones((1, 2, 3, 1, 1), np.float16)
+        found = Clues({"light.share": np.float32([[0.25], [0.5]]), "frame.radiance": np.float32([4]), "view.x": ones})
+        np.testing.assert_allclose(found.summed(found.of("view.x")), np.full((3, 1, 1), 3))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,159 @@
+"""tools/eval/clues: what the inputs of a network are worth before it sees them, kind of surface by kind of surface.
+
+The share that each kind has in the RSE of the whole picture (so shares add up), if nothing but clues made it: T_d by
+`view.diffuse` and `view.glossy` times what arrives of them; T_i of metals by F0 times what their rays see, of others by
+albedo times the light of RSM texels or of rays over the hemisphere, each times its best factor.
+"""
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from evaluation import BadInput
+
+from . import methods, tables
+from .figures import Truth
+from .quality import positive
+from .renderer import PROGRAM, ROOT, Renderer, variation
+
+sys.path.insert(0, str(ROOT / "tools/train"))
+from lightformer_train import weights  # noqa: E402  (it does without PyTorch)
+
+METAL, SMOOTH = 0.2, 0.5  # F0 above which, roughness below which (lightformer/encode)
+SIZE = 512  # pixels a side, as dataset makes whole pictures
+
+
+@dataclass(frozen=True)
+class Clues:
+    """Inputs of one frame: planes [channels, h, w]."""
+
+    tensors: dict[str, np.ndarray]
+
+    def of(self, name: str) -> np.ndarray:
+        """An input, without the dimension of its frame."""
+        return self.tensors[name].astype(np.float32)[0]
+
+    def summed(self, light: np.ndarray) -> np.ndarray:
+        """Radiance of all lights, of planes [lights, 3, h, w]."""
+        share = self.tensors["light.share"].astype(np.float32)[..., None, None]
+        return (light * share).sum(0) * self.unit
+
+    @property
+    def unit(self) -> np.ndarray:
+        """frame.radiance"""
+        return self.tensors["frame.radiance"].astype(np.float32).reshape(-1, 1, 1)
+
+    def direct(self) -> np.ndarray:
+        """T_d"""
+        lobes = (self.of(f"view.{lobe}") * self.of(f"view.{lobe}_reached") for lobe in ("diffuse", "glossy"))
+        return self.summed(sum(lobes))
+
+    def reflected(self) -> np.ndarray:
+        """T_i of metals."""
+        emitted = self.of("pixel.mirror_emission") * self.unit
+        seen = self.summed(self.of("view.mirror") + self.of("view.mirror_bounce"))
+        return self.of("pixel.specular") * (seen + emitted)
+
+    def diffused(self, clue: str) -> np.ndarray:
+        """T_i of others."""
+        return self.of("pixel.diffuse") * self.summed(self.of(clue))
+
+    def surfaces(self) -> dict[str, np.ndarray]:
+        """Masks [h, w] by kind."""
+        there = self.of("pixel.mask")[0] > 0
+        metal = self.of("pixel.specular").max(0) > METAL
+        smooth = self.of("pixel.roughness")[0] < SMOOTH
+        return {
+            "metals": there & metal,
+            "glossy dielectrics": there & ~metal & smooth,
+            "rough dielectrics": there & ~metal & ~smooth,
+        }
+
+
+def encode(renderer: Renderer, scene: Path, seed: int) -> Clues:
+    """Computed by `lightformer dataset` as for a training."""
+    folder = renderer.folder / f"{renderer.path(variation(scene, seed, SIZE)).stem}-clues-{renderer.version}"
+    arguments = f"--seed {seed} --count 1 --crop 0 --crops 1 --spp 1".split()
+    renderer.run("dataset", str(scene), "-o", str(folder), *arguments)
+    tensors, _ = weights.map_tensors(next(folder.glob("*.safetensors")))
+    return Clues({name.partition("/")[2]: value for name, value in tensors.items()})
+
+
+class Judge:
+    """Of one frame."""
+
+    def __init__(self, truth: Truth) -> None:
+        self.whole = self._planes(truth, "beauty")
+        self.layers = {layer: self._planes(truth, layer) for layer in ("direct", "indirect")}
+        self.unit = self.whole.mean()
+        self.weight = 1 / (self.whole**2 + 0.01 * self.unit**2)
+
+    @staticmethod
+    def _planes(truth: Truth, layer: str) -> np.ndarray:
+        compared = truth.compare(truth.first, layer)
+        return np.moveaxis(0.5 * (compared.b.pixels + compared.b2.pixels), -1, 0)
+
+    def rse(self, ours: np.ndarray, layer: str, mask: np.ndarray) -> float:
+        """Part of the picture's, with the layer's mean of two references as the truth."""
+        return float((((ours - self.layers[layer]) ** 2 * self.weight).mean(0) * mask).mean())
+
+    def fitted(self, ours: np.ndarray, layer: str, mask: np.ndarray) -> str:
+        """The same with the factor that makes it least."""
+        weight = self.weight * mask
+        factor = (ours * self.layers[layer] * weight).sum() / max((ours**2 * weight).sum(), 1e-20)
+        return f"{self.rse(factor * ours, layer, mask):.5f} (x {factor:.2f})"
+
+
+def judge(clues: Clues, truth: Truth, title: str) -> tables.Table:
+    """One frame."""
+    found, rows = Judge(truth), []
+    for name, mask in clues.surfaces().items():
+        row = [name, f"{mask.mean():.3f}", f"{found.rse(clues.direct(), 'direct', mask):.5f}"]
+        if name == "metals":
+            row += [found.fitted(clues.reflected(), "indirect", mask), tables.NOTHING, tables.NOTHING]
+        else:
+            by = (found.fitted(clues.diffused(f"view.{clue}"), "indirect", mask) for clue in ("bounce", "gathered"))
+            row += [tables.NOTHING, *by]
+        rows.append(row)
+    head = ["surfaces", "of all pixels", "T_d", "T_i: reflections", "T_i: texels", "T_i: hemisphere"]
+    return tables.Table(title, "parts of the picture's RSE; in brackets the factors that make them least", head, rows)
+
+
+def parse(arguments: list[str]) -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="tools/eval/clues", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add = parser.add_argument
+    add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE")
+    add("--seeds", type=int, nargs="+", default=[900000, 900001], metavar="SEED", help="variations (two by default)")
+    add("--spp", type=positive, default=512, metavar="N", help="of each of the two references (default 512)")
+    add("--program", type=Path, default=PROGRAM, metavar="FILE", help="lightformer")
+    add("--pictures", type=Path, default=ROOT / "out/quality/pictures", metavar="DIR", help="where they are kept")
+    return parser.parse_args(arguments)
+
+
+def main() -> int:
+    """The command."""
+    options = parse(sys.argv[1:])
+    try:
+        renderer = Renderer(options.pictures, options.program)
+        for seed in options.seeds:
+            shots = methods.references(variation(options.scene, seed, SIZE), options.spp)
+            truth = Truth(*(renderer.picture(shot) for shot in shots))
+            title = f"{options.scene.stem}, variation {seed}"
+            print(f"\n{tables.text([judge(encode(renderer, options.scene, seed), truth, title)])}", flush=True)
+    except (BadInput, weights.FileError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on", file=sys.stderr)
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
