@@ -230,37 +230,48 @@ static inline void add_sphere(const struct lf_light_shape *shape, const struct l
 
 // ---- directions of the BRDF ------------------------------------------------------------------------------
 
-// Directions that a fixed sample chooses at each lane.
+// Directions that a sample chooses at each lane.
 struct reflection {
     float x[LF_LANES], y[LF_LANES], z[LF_LANES];
     float value[LF_LANES]; // D V cosine, 0 where it goes nowhere
     float m5[LF_LANES], pdf[LF_LANES];
 };
 
+static inline void reflect_lane(const struct lf_points *p, const struct surface *s, float u0, float u1,
+                                float u2, struct reflection *r, int i)
+{
+    float vx = s->view[0][i], vy = s->view[1][i], vz = s->view[2][i], roughness = p->roughness[i];
+    struct ng_local_direction v = {
+        dot(vx, vy, vz, s->tangent[0][i], s->tangent[1][i], s->tangent[2][i]),
+        dot(vx, vy, vz, s->bitangent[0][i], s->bitangent[1][i], s->bitangent[2][i]), s->nv[i]};
+    struct ng_local_direction h = ng_brdf_half(v, roughness, u0, u1, u2);
+    struct ng_local_direction l = ng_brdf_reflect(v, h);
+    float vh = ng_max(v.x * h.x + v.y * h.y + v.z * h.z, 0.0f), nh = ng_clamp(h.z, 0.0f, 1.0f);
+    float x = s->tangent[0][i] * l.x + s->bitangent[0][i] * l.y + p->normal[0][i] * l.z;
+    float y = s->tangent[1][i] * l.x + s->bitangent[1][i] * l.y + p->normal[1][i] * l.z;
+    float z = s->tangent[2][i] * l.x + s->bitangent[2][i] * l.y + p->normal[2][i] * l.z;
+    bool above = l.z > 0 && dot(x, y, z, p->flat[0][i], p->flat[1][i], p->flat[2][i]) > 0;
+    r->x[i] = x;
+    r->y[i] = y;
+    r->z[i] = z;
+    float d = ng_brdf_d(nh, s->alpha[i]), nl = ng_max(l.z, 0.0f);
+    r->value[i] = above ? d * ng_brdf_v_known(nl, v.z, s->smith[i], s->alpha[i]) * nl : 0;
+    r->m5[i] = ng_brdf_f(vh, 0);
+    r->pdf[i] = d * s->chosen[i];
+}
+
+// One sample at all lanes.
 static void reflect(const struct lf_points *p, const struct surface *s, const float u[3],
                     struct reflection *r)
 {
-    LANES
-    {
-        float vx = s->view[0][i], vy = s->view[1][i], vz = s->view[2][i], roughness = p->roughness[i];
-        struct ng_local_direction v = {
-            dot(vx, vy, vz, s->tangent[0][i], s->tangent[1][i], s->tangent[2][i]),
-            dot(vx, vy, vz, s->bitangent[0][i], s->bitangent[1][i], s->bitangent[2][i]), s->nv[i]};
-        struct ng_local_direction h = ng_brdf_half(v, roughness, u[0], u[1], u[2]);
-        struct ng_local_direction l = ng_brdf_reflect(v, h);
-        float vh = ng_max(v.x * h.x + v.y * h.y + v.z * h.z, 0.0f), nh = ng_clamp(h.z, 0.0f, 1.0f);
-        float x = s->tangent[0][i] * l.x + s->bitangent[0][i] * l.y + p->normal[0][i] * l.z;
-        float y = s->tangent[1][i] * l.x + s->bitangent[1][i] * l.y + p->normal[1][i] * l.z;
-        float z = s->tangent[2][i] * l.x + s->bitangent[2][i] * l.y + p->normal[2][i] * l.z;
-        bool above = l.z > 0 && dot(x, y, z, p->flat[0][i], p->flat[1][i], p->flat[2][i]) > 0;
-        r->x[i] = x;
-        r->y[i] = y;
-        r->z[i] = z;
-        float d = ng_brdf_d(nh, s->alpha[i]), nl = ng_max(l.z, 0.0f);
-        r->value[i] = above ? d * ng_brdf_v_known(nl, v.z, s->smith[i], s->alpha[i]) * nl : 0;
-        r->m5[i] = ng_brdf_f(vh, 0);
-        r->pdf[i] = d * s->chosen[i];
-    }
+    LANES reflect_lane(p, s, u[0], u[1], u[2], r, i);
+}
+
+// One at each.
+static void reflect_each(const struct lf_points *p, const struct surface *s, const float u[3][LF_LANES],
+                         struct reflection *r)
+{
+    LANES reflect_lane(p, s, u[0][i], u[1][i], u[2][i], r, i);
 }
 
 // What directions meet of the light.
@@ -424,6 +435,117 @@ static void bounce(const struct lf_bounce_source *sources, uint32_t count, const
     memcpy(out, sums, sizeof sums);
 }
 
+// ---- rays to the light ------------------------------------------------------------------------------------
+
+#define INSIDE 0.98f // of an emitter's extent
+
+// The point of a flat emitter that a direction comes nearest to: where it meets the plane, drawn in to the
+// edge.
+static void nearest_of_plane(const struct lf_light_shape *l, const struct lf_points *p,
+                             const struct reflection *r, float out[3][LF_LANES])
+{
+    const float *u = l->u, *v = l->v, *n = l->normal;
+    bool disk = l->emitter == LF_EMITTER_DISK;
+    LANES
+    {
+        float x = l->center[0] - p->position[0][i], y = l->center[1] - p->position[1][i],
+              z = l->center[2] - p->position[2][i];
+        float cosine = -dot(r->x[i], r->y[i], r->z[i], n[0], n[1], n[2]);
+        float t = ng_max(-dot(x, y, z, n[0], n[1], n[2]) / ng_max(cosine, 1e-3f), 0.0f);
+        x = r->x[i] * t - x, y = r->y[i] * t - y, z = r->z[i] * t - z;
+        float a = dot(x, y, z, u[0], u[1], u[2]), b = dot(x, y, z, v[0], v[1], v[2]);
+        float across = ng_sqrt(a * a + b * b), most = ng_max(ng_max(a, -a), ng_max(b, -b));
+        float extent = disk ? across : most;
+        float part = extent > INSIDE ? INSIDE / extent : 1; // toward the centre
+        float off = dot(x, y, z, n[0], n[1], n[2]);
+        out[0][i] = l->center[0] + (x - n[0] * off) * part;
+        out[1][i] = l->center[1] + (y - n[1] * off) * part;
+        out[2][i] = l->center[2] + (z - n[2] * off) * part;
+    }
+}
+
+static void nearest_of_sphere(const struct lf_light_shape *l, const struct lf_points *p,
+                              const struct reflection *r, float out[3][LF_LANES])
+{
+    LANES
+    {
+        float x = l->center[0] - p->position[0][i], y = l->center[1] - p->position[1][i],
+              z = l->center[2] - p->position[2][i];
+        float t = ng_max(dot(x, y, z, r->x[i], r->y[i], r->z[i]), 0.0f);
+        x = r->x[i] * t - x, y = r->y[i] * t - y, z = r->z[i] * t - z;
+        float distance = ng_sqrt(dot(x, y, z, x, y, z));
+        float part = ng_min(INSIDE * l->radius / ng_max(distance, 1e-12f), 1.0f);
+        out[0][i] = l->center[0] + x * part; // on the disk that is seen
+        out[1][i] = l->center[1] + y * part;
+        out[2][i] = l->center[2] + z * part;
+    }
+}
+
+// Among samples, the one whose direction is nearest; the centre, where all turn away.
+static void nearest_of_samples(const struct lf_light_shape *l, const struct lf_points *p,
+                               const struct reflection *r, float out[3][LF_LANES])
+{
+    float best[LF_LANES];
+    LANES
+    {
+        best[i] = -2;
+        out[0][i] = l->center[0], out[1][i] = l->center[1], out[2][i] = l->center[2];
+    }
+    bool infinite = l->emitter == LF_EMITTER_DIRECTION, surface = l->emitter == LF_EMITTER_SURFACE;
+    for (uint32_t k = 0; k < l->sample_count; k++) {
+        const struct lf_light_sample *sample = &l->samples[k];
+        const float *n = sample->normal;
+        LANES
+        {
+            struct way way = way_to(sample->position, p, i);
+            float x = infinite ? -n[0] : way.x, y = infinite ? -n[1] : way.y, z = infinite ? -n[2] : way.z;
+            float cosine = dot(x, y, z, r->x[i], r->y[i], r->z[i]);
+            cosine = surface && dot(x, y, z, n[0], n[1], n[2]) >= 0 ? -3 : cosine;
+            bool nearer = cosine > best[i];
+            best[i] = nearer ? cosine : best[i];
+            float px = infinite ? p->position[0][i] + 4 * x : sample->position[0];
+            float py = infinite ? p->position[1][i] + 4 * y : sample->position[1];
+            float pz = infinite ? p->position[2][i] + 4 * z : sample->position[2];
+            out[0][i] = nearer ? px : out[0][i];
+            out[1][i] = nearer ? py : out[1][i];
+            out[2][i] = nearer ? pz : out[2][i];
+        }
+    }
+}
+
+static void aim(const struct lf_light_shape *light, const struct lf_points *p, const float u[3][LF_LANES],
+                struct lf_aim *out)
+{
+    struct surface s;
+    struct reflection r;
+    float target[3][LF_LANES];
+    see(p, &s);
+    make_frames(p->normal, s.tangent, s.bitangent);
+    reflect_each(p, &s, u, &r);
+    if (light->emitter == LF_EMITTER_SPHERE)
+        nearest_of_sphere(light, p, &r, target);
+    else if (light->emitter == LF_EMITTER_RECTANGLE || light->emitter == LF_EMITTER_DISK)
+        nearest_of_plane(light, p, &r, target);
+    else
+        nearest_of_samples(light, p, &r, target);
+    LANES
+    {
+        float x = target[0][i] - p->position[0][i], y = target[1][i] - p->position[1][i],
+              z = target[2][i] - p->position[2][i];
+        float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE), inverse = 1 / ng_sqrt(square);
+        x *= inverse, y *= inverse, z *= inverse;
+        float cosine = dot(x, y, z, p->normal[0][i], p->normal[1][i], p->normal[2][i]);
+        float fl = dot(x, y, z, p->flat[0][i], p->flat[1][i], p->flat[2][i]);
+        float lv = dot(x, y, z, s.view[0][i], s.view[1][i], s.view[2][i]);
+        float nl = ng_max(cosine, 0.0f), half = 1 / ng_sqrt(ng_max(2 + 2 * lv, 1e-12f)); // 1 / |l + v|
+        float nh = ng_clamp((nl + s.nv[i]) * half, 0.0f, 1.0f);
+        float lobe = ng_brdf_d(nh, s.alpha[i]) * ng_brdf_v_known(nl, s.nv[i], s.smith[i], s.alpha[i]) * nl;
+        out->direction[0][i] = x, out->direction[1][i] = y, out->direction[2][i] = z;
+        out->distance[i] = square * inverse;
+        out->weight[i] = fl > 0 ? lobe : 0;
+    }
+}
+
 // ---- reflections ------------------------------------------------------------------------------------------
 
 #define BLOCK_LANES _Pragma("omp simd") for (int i = 0; i < LF_BLOCK_LANES; i++)
@@ -495,4 +617,4 @@ static void reflect_rays(const struct lf_lobe *at, float grain, const struct lf_
 #define TABLE(x)  TABLE_(x)
 extern const struct lf_kernels TABLE(NG_KERNELS);
 const struct lf_kernels TABLE(NG_KERNELS) = {
-    .name = NAME(NG_KERNELS), .direct = direct, .bounce = bounce, .reflect = reflect_rays};
+    .name = NAME(NG_KERNELS), .direct = direct, .bounce = bounce, .aim = aim, .reflect = reflect_rays};

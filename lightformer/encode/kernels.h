@@ -1,6 +1,6 @@
-// What takes the time: unshadowed direct light of one light, and light of RSM texels, at sixteen surfaces at
-// once; and what a surface reflects of the rays around it. Plain C that the compiler vectorizes, built for
-// several instruction sets; all give the same bytes.
+// What takes the time: unshadowed direct light of one light, light of RSM texels, and rays to a light, at
+// sixteen surfaces at once; and what a surface reflects of the rays around it. Plain C that the compiler
+// vectorizes, built for several instruction sets; all give the same bytes.
 //
 // Lengths are in radii of the scene's sphere, relative to its centre; powers are shares of the light's power.
 // So radiance comes out at unit power with 1 / R^2 taken out, as lightformer/net/inputs.inc wants it.
@@ -65,6 +65,12 @@ struct lf_bounce_source {
     float area;    // of the surface that it stands for
 };
 
+// Rays to a light, by lane.
+struct lf_aim {
+    float direction[3][LF_LANES], distance[LF_LANES]; // to a point of the light
+    float weight[LF_LANES];                           // BRDF times cosine there
+};
+
 #define LF_BLOCK_LANES 32 // LF_BLOCK_REACH^2 rays of a block, rounded up
 
 // Rays around a surface, relative to it.
@@ -86,6 +92,10 @@ struct lf_kernels {
     // Irradiance / pi.
     void (*bounce)(const struct lf_bounce_source *sources, uint32_t count, const struct lf_points *points,
                    float out[3][LF_LANES]);
+    // To the parts of a light that directions of the BRDF, which `u` chooses (lf_lobe_samples), come nearest
+    // to.
+    void (*aim)(const struct lf_light_shape *light, const struct lf_points *points,
+                const float u[3][LF_LANES], struct lf_aim *out);
     // What each ray counts: weight times BRDF and cosine, over the sum of both densities with which it could
     // have been chosen (balance heuristic), on surfaces like this one: `grain` is the distance from its plane
     // that halves a weight. A lobe that is so narrow that it ends between the rays is widened to the nearest

@@ -213,6 +213,12 @@ static void instruction_sets_agree(void **state)
         double sum = 0;
         lf_kernels_of(0)->direct(&shape, &points, lobes, &first);
         lf_kernels_of(0)->bounce(sources, 5, &points, bounce_first);
+        float u[3][LF_LANES];
+        for (int i = 0; i < LF_LANES; i++)
+            for (int c = 0; c < 3; c++)
+                u[c][i] = lf_lobe_samples[i][c];
+        struct lf_aim aim_first, aim;
+        lf_kernels_of(0)->aim(&shape, &points, u, &aim_first);
         struct lf_block_hits hits = random_hits(&rng);
         struct lf_lobe lobe = {{0, 1, 0}, {0, 1, 0}, {0.6f, 0.8f, 0}, 0.05f + 0.9f * ng_rng_float(&rng)};
         float rays_first[LF_BLOCK_LANES], rays[LF_BLOCK_LANES];
@@ -230,6 +236,8 @@ static void instruction_sets_agree(void **state)
             assert_memory_equal(bounce_first, bounce, sizeof bounce);
             lf_kernels_of(k)->reflect(&lobe, 0.02f, &hits, rays);
             assert_memory_equal(rays_first, rays, sizeof rays);
+            lf_kernels_of(k)->aim(&shape, &points, u, &aim);
+            assert_memory_equal(&aim_first, &aim, sizeof aim);
         }
     }
     uint32_t sets = 0;
