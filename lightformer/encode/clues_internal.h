@@ -81,7 +81,7 @@ struct lf_mirror {
     NG_ARRAY(struct lf_mirror_taps) taps; // of all pixels that reflect
     NG_ARRAY(struct lf_sight) sights;     // by pixel; only of those that reflect
     NG_ARRAY(struct lf_wide_taps) wide;   // of those that see what others see
-    struct lf_floats seen;                // what hits show; room for means
+    struct lf_floats seen;                // what hits show; then scratch
 };
 
 // Rays over the hemisphere of every point of the grid, and what is taken of those of its neighbours, pass by
@@ -152,7 +152,7 @@ struct lf_light_clues {
     struct lf_floats view;      // view inputs, or those that were kept of them
     size_t pixel_count;         // of a plane of them
     struct lf_floats grid;      // sums of RSM texels at the grid
-    struct lf_floats reflected; // what hits show of the light; room for means
+    struct lf_floats reflected; // what hits show of the light; then scratch
     struct lf_floats around;    // what rays over hemispheres show of it
     struct lf_net_values values;
     double ms[LF_ENCODE_STAGES];

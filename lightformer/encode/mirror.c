@@ -336,10 +336,17 @@ static bool wants_any(const struct lf_encode_scene *s)
            lf_encode_wants(s, LF_INPUT_VIEW_MIRROR_BOUNCE);
 }
 
+// Floats for what hits show, and, when pixels have taken that, for averages of pixels.
+static size_t room_for(const struct lf_mirror *m, size_t pixels, size_t channels)
+{
+    size_t hits = LF_END_CHANNELS * m->hits.count, averages = channels * pixels;
+    return hits > averages ? hits : averages;
+}
+
 static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
 {
     struct lf_mirror *m = &p->reflections;
-    if (!ng_array_resize(&m->seen.list, LF_END_CHANNELS * (m->hits.count + m->taps.count)))
+    if (!ng_array_resize(&m->seen.list, room_for(m, m->taps.count, PIXEL_CHANNELS)))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0; i < m->hits.count; i++) {
         const struct lf_ray_end *hit = &m->hits.items[i];
@@ -357,7 +364,7 @@ static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixe
                                      p->emission[0], p->emission[1], p->emission[2]}};
     spread(scene, &s);
     NG_TRY(lf_wide_find(scene, p));
-    lf_wide_average(scene, p, PIXEL_CHANNELS, m->seen.list.items + LF_END_CHANNELS * m->hits.count, s.planes);
+    lf_wide_average(scene, p, PIXEL_CHANNELS, m->seen.list.items, s.planes);
     p->values.of[LF_INPUT_PIXEL_MIRROR] = p->mirror;
     p->values.of[LF_INPUT_PIXEL_MIRROR_ALBEDO] = p->mirror_albedo[0];
     p->values.of[LF_INPUT_PIXEL_MIRROR_EMISSION] = p->emits ? p->mirror_emission[0] : NULL;
@@ -392,7 +399,7 @@ ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_p
                           struct lf_light_clues *light, float *const direct[3], float *const bounce[3])
 {
     const struct lf_mirror *m = &pixels->reflections;
-    if (!ng_array_resize(&light->reflected.list, LF_END_CHANNELS * (m->hits.count + m->wide.count)))
+    if (!ng_array_resize(&light->reflected.list, room_for(m, m->wide.count, LF_END_USED)))
         return ng_out_of_memory("the view of a light");
     lf_rays_light(scene, light, m->hits.items, (uint32_t)m->hits.count, m->first,
                   light->reflected.list.items);
@@ -402,7 +409,6 @@ ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_p
                           .channels = LF_END_USED,
                           .planes = {direct[0], direct[1], direct[2], bounce[0], bounce[1], bounce[2]}};
     spread(scene, &s);
-    lf_wide_average(scene, pixels, LF_END_USED, light->reflected.list.items + LF_END_CHANNELS * m->hits.count,
-                    s.planes);
+    lf_wide_average(scene, pixels, LF_END_USED, light->reflected.list.items, s.planes);
     return NG_OK;
 }
