@@ -67,7 +67,7 @@ static void trace_place(const struct search *s, uint32_t x0, uint32_t y0, uint32
     }
     if (!rays)
         return;
-    lf_trace_packet(s->scene->tracer, &packet, NULL);
+    lf_trace_packet_occluded(s->scene->tracer, &packet);
     for (uint32_t i = 0; i < LF_PACKET; i++)
         if (at[i] != SIZE_MAX && s->rays->weight[at[i]] > 0)
             s->rays->part[at[i]] = packet.met[i] ? 0 : 1;

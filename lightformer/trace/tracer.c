@@ -642,28 +642,47 @@ bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
     return r.tfar < 0;
 }
 
+// As Embree wants them; what is no ray is not valid.
+static void aim_side_by_side(const struct lf_packet *p, struct query *q, int valid[LF_PACKET],
+                             struct RTCRayHit16 *out)
+{
+    begin_query(LF_RAY_ALL, NULL, NULL, q);
+    q->passes = p->passes;
+    if (p->passes != NG_NONE)
+        q->context.filter = filter_query;
+    q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    *out = (struct RTCRayHit16){0};
+    for (int i = 0; i < LF_PACKET; i++) {
+        valid[i] = p->far[i] > 0 ? -1 : 0;
+        out->ray.mask[i] = UINT32_MAX;
+        out->hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    memcpy(&out->ray.org_x, p->origin[0], sizeof p->origin[0]);
+    memcpy(&out->ray.org_y, p->origin[1], sizeof p->origin[1]);
+    memcpy(&out->ray.org_z, p->origin[2], sizeof p->origin[2]);
+    memcpy(&out->ray.dir_x, p->direction[0], sizeof p->direction[0]);
+    memcpy(&out->ray.dir_y, p->direction[1], sizeof p->direction[1]);
+    memcpy(&out->ray.dir_z, p->direction[2], sizeof p->direction[2]);
+    memcpy(&out->ray.tfar, p->far, sizeof p->far);
+}
+
+void lf_trace_packet_occluded(const struct lf_tracer *t, struct lf_packet *p)
+{
+    struct query q;
+    struct RTCRayHit16 r;
+    _Alignas(64) int valid[LF_PACKET];
+    aim_side_by_side(p, &q, valid, &r);
+    rtcOccluded16(valid, t->scene, &q.context, &r.ray);
+    for (int i = 0; i < LF_PACKET; i++)
+        p->met[i] = valid[i] && r.ray.tfar[i] < 0;
+}
+
 void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_hit *hits)
 {
     struct query q;
-    begin_query(LF_RAY_ALL, NULL, NULL, &q);
-    q.passes = p->passes;
-    if (p->passes != NG_NONE)
-        q.context.filter = filter_query;
-    q.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    struct RTCRayHit16 r = {0};
+    struct RTCRayHit16 r;
     _Alignas(64) int valid[LF_PACKET];
-    for (int i = 0; i < LF_PACKET; i++) {
-        valid[i] = p->far[i] > 0 ? -1 : 0;
-        r.ray.mask[i] = UINT32_MAX;
-        r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    }
-    memcpy(&r.ray.org_x, p->origin[0], sizeof p->origin[0]);
-    memcpy(&r.ray.org_y, p->origin[1], sizeof p->origin[1]);
-    memcpy(&r.ray.org_z, p->origin[2], sizeof p->origin[2]);
-    memcpy(&r.ray.dir_x, p->direction[0], sizeof p->direction[0]);
-    memcpy(&r.ray.dir_y, p->direction[1], sizeof p->direction[1]);
-    memcpy(&r.ray.dir_z, p->direction[2], sizeof p->direction[2]);
-    memcpy(&r.ray.tfar, p->far, sizeof p->far);
+    aim_side_by_side(p, &q, valid, &r);
     rtcIntersect16(valid, t->scene, &q.context, &r);
     for (unsigned int i = 0; i < LF_PACKET; i++) {
         p->met[i] = valid[i] && r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;

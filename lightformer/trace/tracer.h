@@ -92,6 +92,8 @@ struct lf_packet {
 };
 // Closest hits of LF_RAY_ALL. `hits`[LF_PACKET] may be null, where the distances are enough.
 void lf_trace_packet(const struct lf_tracer *tracer, struct lf_packet *packet, struct lf_hit *hits);
+// Whether they meet anything: sets `met` alone, and sooner.
+void lf_trace_packet_occluded(const struct lf_tracer *tracer, struct lf_packet *packet);
 
 // Closest hits without anything around them: what the speed of a renderer is compared with. Returns how many
 // rays met something.

@@ -399,12 +399,15 @@ static void test_packets_are_rays(void **state)
         }
         struct lf_packet passing = p;
         passing.passes = round % 2 ? 1 : 0;
+        struct lf_packet any = p, any_passing = passing;
+        lf_trace_packet_occluded(s.tracer, &any);
+        lf_trace_packet_occluded(s.tracer, &any_passing);
         lf_trace_packet(s.tracer, &p, hits);
         lf_trace_packet(s.tracer, &passing, NULL);
         for (int i = 0; i < LF_PACKET; i++) {
             struct lf_hit one;
             bool alone = i != 5 && lf_trace_closest(s.tracer, &rays[i], LF_RAY_ALL, &one);
-            assert_true(alone == p.met[i]);
+            assert_true(alone == p.met[i] && alone == any.met[i] && passing.met[i] == any_passing.met[i]);
             if (!alone)
                 continue;
             assert_true(one.instance == hits[i].instance && one.front == hits[i].front);
