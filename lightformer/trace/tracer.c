@@ -280,41 +280,43 @@ static int meet(const struct slot *s, const struct RTCRay *ray, float t[2])
                                           : meet_sphere(s, origin, direction, t);
 }
 
-static void intersect_shape(const struct RTCIntersectFunctionNArguments *a, unsigned int i)
+// The nearest place that the query accepts; sets `ray->tfar` to it.
+static bool meet_query(const void *context, unsigned int geometry, const struct slot *s, struct RTCRay *ray,
+                       struct RTCHit *hit)
 {
-    const struct slot *s = a->geometryUserPtr;
-    struct RTCRay ray = ray_of(a->rayhit, a->N, i);
-    float t[2] = {0}, far = ray.tfar;
-    int count = meet(s, &ray, t);
+    float t[2] = {0}, far = ray->tfar;
+    int count = meet(s, ray, t);
     for (int k = 0; k < count; k++) {
-        struct RTCHit hit = {.geomID = a->geomID, .primID = 0, .instID = {RTC_INVALID_GEOMETRY_ID}};
-        if (!(t[k] > ray.tnear) || !(t[k] < far))
+        if (!(t[k] > ray->tnear) || !(t[k] < far))
             continue;
-        ray.tfar = t[k];
-        if (accepts((const void *)a->context, s, &ray, &hit)) {
-            put_lane(a->rayhit, &ray, sizeof ray, a->N, i);
-            put_lane((char *)a->rayhit + sizeof ray * a->N, &hit, sizeof hit, a->N, i);
-            return;
-        }
+        *hit = (struct RTCHit){.geomID = geometry, .primID = 0, .instID = {RTC_INVALID_GEOMETRY_ID}};
+        ray->tfar = t[k];
+        if (accepts(context, s, ray, hit))
+            return true;
     }
+    return false;
 }
 
 static void shape_intersect(const struct RTCIntersectFunctionNArguments *a)
 {
-    for (unsigned int i = 0; i < a->N; i++)
-        if (a->valid[i])
-            intersect_shape(a, i);
+    for (unsigned int i = 0; i < a->N; i++) {
+        struct RTCRay ray = ray_of(a->rayhit, a->N, i);
+        struct RTCHit hit;
+        if (!a->valid[i] || !meet_query(a->context, a->geomID, a->geometryUserPtr, &ray, &hit))
+            continue;
+        put_lane(a->rayhit, &ray, sizeof ray, a->N, i);
+        put_lane((char *)a->rayhit + sizeof ray * a->N, &hit, sizeof hit, a->N, i);
+    }
 }
 
 static void shape_occluded(const struct RTCOccludedFunctionNArguments *a)
 {
     for (unsigned int i = 0; i < a->N; i++) {
         struct RTCRay ray = ray_of(a->ray, a->N, i);
-        float t[2] = {0};
-        int count = a->valid[i] ? meet(a->geometryUserPtr, &ray, t) : 0;
-        for (int k = 0; k < count; k++)
-            if (t[k] > ray.tnear && t[k] < ray.tfar)
-                ray.tfar = -INFINITY;
+        struct RTCHit hit;
+        if (!a->valid[i] || !meet_query(a->context, a->geomID, a->geometryUserPtr, &ray, &hit))
+            continue;
+        ray.tfar = -INFINITY;
         put_lane(a->ray, &ray, sizeof ray, a->N, i);
     }
 }
