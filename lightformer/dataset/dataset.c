@@ -12,8 +12,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#define MAX_SIZE 4096 // pixels a side of a frame
-
 struct run {
     struct lf_dataset_params p; // with crop and crops as they are meant
     struct lf_dataset_report *report;
@@ -40,7 +38,7 @@ static ng_result check_params(const struct lf_dataset_params *p)
         return refuse("a data set has at least one sample");
     if (!p->spp)
         return refuse("0 samples a pixel give no targets; spp is at least 1");
-    if (!p->size || p->size > MAX_SIZE)
+    if (!p->size || p->size > LF_DATASET_MAX_SIZE)
         return refuse("frames have 1 to 4096 pixels a side");
     if (p->crop > p->size)
         return refuse("crops are larger than the frame");

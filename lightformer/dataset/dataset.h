@@ -14,6 +14,8 @@ struct ng_assets;
 struct ng_gpu;
 struct ng_world;
 
+#define LF_DATASET_MAX_SIZE 4096 // pixels a side of a frame
+
 struct lf_dataset_params {
     struct ng_world *world; // the scene, with the systems of render/scene_systems.h
     const struct ng_assets *assets;

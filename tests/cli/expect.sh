@@ -20,10 +20,19 @@ expect() {
     fi
 }
 
-# expect_error TEXT ARGUMENT...: exit code 1, one line on standard error, no file left.
+# expect_error TEXT ARGUMENT...: exit code 1 and one line, for bad input.
 expect_error() {
-    expect 1 "$@"
-    shift
+    expect_line 1 "$@"
+}
+
+# expect_bad_value TEXT ARGUMENT...: exit code 2 and one line, for what an option does not take.
+expect_bad_value() {
+    expect_line 2 "$@"
+}
+
+expect_line() {
+    expect "$@"
+    shift 2
     [ "$(wc -l <"$out/said")" -eq 1 ] || fail "\"$*\" should say one line, but says: $(cat "$out/said")"
 }
 

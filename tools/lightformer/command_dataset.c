@@ -15,10 +15,10 @@ struct dataset {
     double time;
 };
 
-#define NUMBER(name_, member_, fallback_, doc_)                                                              \
+#define NUMBER(name_, member_, fallback_, min_, max_, doc_)                                                  \
     {                                                                                                        \
         .name = (name_), .kind = CLI_COUNT, .offset = offsetof(struct dataset, member_), .value = "N",       \
-        .fallback = (fallback_), .max = UINT32_MAX, .doc = (doc_)                                            \
+        .fallback = (fallback_), .min = (min_), .max = (max_), .doc = (doc_)                                 \
     }
 
 static const struct cli_option options[] = {
@@ -32,22 +32,23 @@ static const struct cli_option options[] = {
      .offset = offsetof(struct dataset, output),
      .value = "DIR",
      .doc = "the folder; what it has already is kept"},
-    NUMBER("--count", count, "100", "samples"),
-    NUMBER("--seed", seed, "0", "of the first sample; the next one has the next seed"),
-    NUMBER("--size", size, "512", "pixels a side of the frame that crops are taken from"),
-    NUMBER("--crop", crop, "128", "pixels a side of a crop; 0: whole frames"),
-    NUMBER("--crops", crops, "4", "crops of a frame"),
-    NUMBER("--spp", spp, "64", "paths a pixel of the targets"),
+    NUMBER("--count", count, "100", 1, UINT32_MAX, "samples"),
+    NUMBER("--seed", seed, "0", 0, UINT32_MAX, "of the first sample; the next one has the next seed"),
+    NUMBER("--size", size, "512", 1, LF_DATASET_MAX_SIZE,
+           "pixels a side of the frame that crops are taken from"),
+    NUMBER("--crop", crop, "128", 0, LF_DATASET_MAX_SIZE, "pixels a side of a crop; 0: whole frames"),
+    NUMBER("--crops", crops, "4", 1, UINT32_MAX, "crops of a frame"),
+    NUMBER("--spp", spp, "64", 1, UINT32_MAX, "paths a pixel of the targets"),
     {.name = "--targets",
      .kind = CLI_TEXT,
      .offset = offsetof(struct dataset, targets),
      .value = "DIR",
      .doc =
          "take targets from this data set of the same settings, where it has them: after a change of inputs"},
-    NUMBER("--depth", depth, "0",
+    NUMBER("--depth", depth, "0", 0, UINT32_MAX,
            "segments of these paths, the camera's included: 2 gives direct light; 0: no limit"),
-    NUMBER("--shard", shard, "64", "crops a file"),
-    NUMBER("--vpls", vpls, "500", "direct VPLs of a light"),
+    NUMBER("--shard", shard, "64", 1, UINT32_MAX, "crops a file"),
+    NUMBER("--vpls", vpls, "500", 0, UINT32_MAX, "direct VPLs of a light"),
     {.name = "--time",
      .kind = CLI_REAL,
      .offset = offsetof(struct dataset, time),
@@ -83,6 +84,10 @@ static bool check_options(const struct dataset *d)
         wrong = "SCENE and --output are needed (or --check)";
     else if (d->sheet && strcmp(ng_path_extension(d->sheet), "png") != 0)
         wrong = "--contact-sheet writes a .png";
+    else if (d->crop > d->size)
+        wrong = "crops are larger than the frame (--crop, --size)";
+    else if (d->count - 1 > UINT32_MAX - d->seed)
+        wrong = "seeds go up to 4294967295, the last sample's too (--seed, --count)";
     if (wrong)
         fprintf(stderr, "lightformer dataset: %s\n", wrong);
     return !wrong;

@@ -73,8 +73,6 @@ int main(int argc, char **argv)
     case CLI_HELP:
         cli_help(command, stdout);
         return finish(CLI_DONE);
-    case CLI_OUT_OF_RANGE:
-        return CLI_FAILED;
     case CLI_WRONG:
         break;
     }

@@ -235,15 +235,6 @@ static enum cli_parsed wrong(const struct parser *p, const char *fmt, ...)
     return CLI_WRONG;
 }
 
-// Whether a value is written as it should be, so that only its numbers are out of range.
-static bool is_well_formed(const struct cli_option *o, const char *text, void *values)
-{
-    struct cli_option any = *o;
-    any.min = -INFINITY;
-    any.max = INFINITY;
-    return parse_value(&any, text, values);
-}
-
 static enum cli_parsed set_value(struct parser *p, const struct cli_option *o, const char *text)
 {
     p->given |= (uint64_t)1 << (o - p->command->options);
@@ -252,7 +243,7 @@ static enum cli_parsed set_value(struct parser *p, const struct cli_option *o, c
     fprintf(p->err, "lightformer %s: %s: \"%s\" is not ", p->command->name, o->name, text);
     print_accepted(o, p->err);
     fputc('\n', p->err);
-    return is_well_formed(o, text, p->values) ? CLI_OUT_OF_RANGE : CLI_WRONG;
+    return CLI_WRONG;
 }
 
 static enum cli_parsed set_argument(struct parser *p, const char *text)

@@ -85,9 +85,7 @@ struct cli_command {
     int (*run)(const void *args); // returns an exit code
 };
 
-// CLI_OUT_OF_RANGE: well written, but a number is more or less than the option takes: bad input, not bad
-// usage.
-enum cli_parsed { CLI_RUN, CLI_HELP, CLI_WRONG, CLI_OUT_OF_RANGE };
+enum cli_parsed { CLI_RUN, CLI_HELP, CLI_WRONG };
 
 // Fills `values` (values_size bytes) from the words after the command's name. A mistake is reported in one
 // line on `err`, with the nearest name where one is misspelt.
