@@ -3,11 +3,14 @@
 import os
 import subprocess
 import unittest
+from pathlib import Path
 
 import numpy as np
+from evaluation import BadInput
 from files import ROOT, scratch
 
-from study.clues import Clues
+from study.clues import Clues, encode
+from study.renderer import Renderer
 
 
 def clues(*arguments):
@@ -32,6 +35,18 @@ class Command(unittest.TestCase):
     def test_refused(self):
         done = clues("--scene", "content/LICENSES.md", "--pictures", scratch("pictures"))
         self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+
+    def test_seeds(self):
+        for seed in ("-5", "4294967296", "x"):
+            done = clues("--seeds", "0", seed, "--pictures", scratch("pictures"))
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(f"argument --seeds: invalid seed value: '{seed}'", done.stderr.splitlines()[-1])
+
+    def test_no_shard(self):
+        """A program that ends well and makes nothing."""
+        renderer = Renderer(Path(scratch("empty")), Path("/bin/true"))
+        with self.assertRaisesRegex(BadInput, "no shard of a data set is there; is /bin/true lightformer"):
+            encode(renderer, Path(ROOT, "content/unit/light_point.glb"), 0)
 
 
 class Sums(unittest.TestCase):

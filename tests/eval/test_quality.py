@@ -88,6 +88,7 @@ class Command(unittest.TestCase):
             self.assertIn(expected, done.stderr)
         self.assertEqual(quality("a.safetensors", "b/a.safetensors").returncode, 2)
         self.assertEqual(quality("--frames", "0").returncode, 2)
+        self.assertEqual(quality("--seeds", "-5").returncode, 2)
 
 
 class Names(unittest.TestCase):

@@ -16,7 +16,7 @@ from evaluation import BadInput
 
 from . import methods, tables
 from .figures import Truth
-from .quality import positive
+from .quality import positive, seed
 from .renderer import PROGRAM, ROOT, Renderer, variation
 
 sys.path.insert(0, str(ROOT / "tools/train"))
@@ -78,7 +78,10 @@ def encode(renderer: Renderer, scene: Path, seed: int) -> Clues:
     folder = renderer.folder / f"{renderer.path(variation(scene, seed, SIZE)).stem}-clues-{renderer.version}"
     arguments = f"--seed {seed} --count 1 --crop 0 --crops 1 --spp 1".split()
     renderer.run("dataset", str(scene), "-o", str(folder), *arguments)
-    tensors, _ = weights.map_tensors(next(folder.glob("*.safetensors")))
+    shards = list(folder.glob("*.safetensors"))
+    if not shards:
+        raise BadInput(f"{folder}: no shard of a data set is there; is {renderer.program} lightformer?")
+    tensors, _ = weights.map_tensors(shards[0])
     return Clues({name.partition("/")[2]: value for name, value in tensors.items()})
 
 
@@ -129,7 +132,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     )
     add = parser.add_argument
     add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE")
-    add("--seeds", type=int, nargs="+", default=[900000, 900001], metavar="SEED", help="variations (two by default)")
+    add("--seeds", type=seed, nargs="+", default=[900000, 900001], metavar="SEED", help="variations (two by default)")
     add("--spp", type=positive, default=512, metavar="N", help="of each of the two references (default 512)")
     add("--program", type=Path, default=PROGRAM, metavar="FILE", help="lightformer")
     add("--pictures", type=Path, default=ROOT / "out/quality/pictures", metavar="DIR", help="where they are kept")

@@ -45,7 +45,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     add("weights", nargs="*", type=_named, metavar="[NAME=]WEIGHTS", help="networks; the first is ours")
     add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE")
     add("--frames", type=positive, default=20, metavar="N", help="test frames (default 20)")
-    add("--seeds", type=int, default=900000, metavar="FIRST", help="of their variations (default 900000)")
+    add("--seeds", type=seed, default=900000, metavar="FIRST", help="of their variations (default 900000)")
     add("--size", type=positive, default=512, metavar="N", help="pixels a side (default 512)")
     add("--spp", type=positive, default=512, metavar="N", help="of each of the two references (default 512)")
     add("--paths", type=positive, nargs="*", default=[], metavar="N", help="also judge path tracing with so many spp")
@@ -84,6 +84,14 @@ def positive(text: str) -> int:
     """For command lines."""
     value = int(text)
     if value < 1:
+        raise ValueError
+    return value
+
+
+def seed(text: str) -> int:
+    """For command lines: what `lightformer dataset --seed` takes."""
+    value = int(text)
+    if not 0 <= value < 1 << 32:
         raise ValueError
     return value
 
