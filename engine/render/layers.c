@@ -100,7 +100,7 @@ ng_result ng_layers_request(struct ng_graph *g, const char *method, const char *
     }
     const struct layer *l = find(name);
     if (!l) {
-        ng_log_error("layer \"%s\": there is no such layer; \"lightformer render --help\" lists them", name);
+        ng_log_error("layer \"%s\": there is no such layer", name);
         return NG_ERROR_NOT_FOUND;
     }
     ng_graph_readback(g, name_in_graph(l->resource, method).text);

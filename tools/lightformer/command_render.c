@@ -36,6 +36,15 @@ static bool is_reference(const struct render *r)
     return strcmp(method_render_name(r->method), "reference") == 0;
 }
 
+// Whether a method makes a layer: the reference has its own, the others those of the renderer.
+static bool makes(uint32_t method, const char *layer)
+{
+    const struct method *m = method_of(METHOD_RENDER, method);
+    if (strcmp(m->name, "reference") == 0)
+        return lf_reference_find_layer(layer) != NULL;
+    return ng_renderer_find_layer(layer) && (m->indirect || strcmp(layer, "indirect") != 0);
+}
+
 // The layers of all methods: the renderer's, then what the reference has besides. Null past the end.
 static const char *layer_name(uint32_t index)
 {
@@ -212,6 +221,32 @@ static bool check_method(const struct render *r)
     return true;
 }
 
+// Says that the method does not make a layer, and which do.
+static bool refuse_layer(const struct render *r, const char *layer)
+{
+    const char *comma = "", *name;
+    fprintf(stderr, "lightformer render: --method %s does not make the layer \"%s\", only",
+            method_render_name(r->method), layer);
+    for (uint32_t i = 0; (name = method_render_name(i)); i++) {
+        if (!makes(i, layer))
+            continue;
+        fprintf(stderr, "%s --method %s", comma, name);
+        comma = ",";
+    }
+    fputc('\n', stderr);
+    return false;
+}
+
+// Of the layers that are asked for by name.
+static bool check_layers(const struct render *r)
+{
+    const char *layer;
+    for (uint32_t i = 0; (layer = layer_name(i)); i++)
+        if (r->aovs >> i & 1 && !makes(r->method, layer))
+            return refuse_layer(r, layer);
+    return true;
+}
+
 // What the tables cannot say; false, reported, if it does not hold.
 static bool check_options(const struct render *r)
 {
@@ -233,17 +268,8 @@ static bool check_options(const struct render *r)
         exr |= is_exr(r->outputs.items[i]);
     }
     if (r->aovs && !exr)
-        fputs("lightformer render: --aov needs an output that ends in .exr\n", stderr);
-    return !r->aovs || exr;
-}
-
-// Whether "all" means this layer: what the method does not compute is an error only if asked for by name.
-static bool all_has(const struct render *r, const char *layer)
-{
-    if (is_reference(r))
-        return lf_reference_find_layer(layer) != NULL;
-    return ng_renderer_find_layer(layer) &&
-           (method_of(METHOD_RENDER, r->method)->indirect || strcmp(layer, "indirect") != 0);
+        return refuse("--aov needs an output that ends in .exr");
+    return check_layers(r);
 }
 
 static bool wants_layer(const struct render *r, uint32_t index, const char *layer)
@@ -251,8 +277,9 @@ static bool wants_layer(const struct render *r, uint32_t index, const char *laye
     uint32_t all = 0;
     while (layer_name(all))
         all++;
-    // "beauty" is in every EXR.
-    return strcmp(layer, "beauty") == 0 || r->aovs >> index & 1 || (r->aovs >> all & 1 && all_has(r, layer));
+    // "beauty" is in every EXR, and "all" is what the method makes.
+    return strcmp(layer, "beauty") == 0 || r->aovs >> index & 1 ||
+           (r->aovs >> all & 1 && makes(r->method, layer));
 }
 
 static void choose_layers(struct job *job)
