@@ -7,6 +7,7 @@
 #include "base/system.h"
 #include "lightformer/dataset/manifest.h"
 #include "lightformer/dataset/sampler.h"
+#include "lightformer/net/net.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -70,7 +71,7 @@ static void make_settings(const struct lf_dataset_params *p, struct lf_settings 
     };
     struct lf_setting *note = s->items;
     char word[32];
-    put_word(note++, "format", "5");
+    put_word(note++, "format", LF_INPUTS_VERSION);
     put_word(note++, "program", p->program);
     put_word(note++, "scene", p->scene);
     snprintf(word, sizeof word, "%016" PRIx64, p->scene_hash);

@@ -93,7 +93,7 @@ struct lf_around {
     NG_ARRAY(float) weights;          // [LF_AROUND_PASSES][grid points][LF_AROUND_REACH]; sums are 1
 };
 
-#define LF_PIXEL_PLANES 31 // of all inputs, and what is kept beside them
+#define LF_PIXEL_PLANES 32 // of all inputs, and what is kept beside them
 // Floats between the planes of one input and the next. Without, the same pixel of all planes of a picture of
 // 512 x 512 would compete for one set of a cache.
 #define LF_PLANE_GAP    208
@@ -108,11 +108,12 @@ struct lf_pixel_clues {
     // Planes [width * height], by axis or channel.
     float *mask, *position[3], *normal[3], *flat[3], *view[3], *distance;
     float *diffuse[3], *specular[3], *roughness;
-    float *mirror, *mirror_albedo[3], *mirror_emission[3], *emission[3]; // emission: not yet scaled
-    bool emits;                                                          // some mirror ray met emission
-    uint32_t grid_width, grid_height;                                    // of every LF_GRID_STEP-th pixel
-    NG_ARRAY(struct lf_grid_taps) grid_taps;                             // of each pixel
-    NG_ARRAY(uint32_t) alone; // pixels that no neighbour on the grid speaks for
+    float *mirror, *mirror_missed, *mirror_albedo[3], *mirror_emission[3],
+        *emission[3];                        // emission: not yet scaled
+    bool emits, misses;                      // some mirror ray met emission, met nothing
+    uint32_t grid_width, grid_height;        // of every LF_GRID_STEP-th pixel
+    NG_ARRAY(struct lf_grid_taps) grid_taps; // of each pixel
+    NG_ARRAY(uint32_t) alone;                // pixels that no neighbour on the grid speaks for
     struct lf_mirror reflections;
     struct lf_around around;
     struct lf_net_values values;

@@ -121,7 +121,7 @@ enum lf_encode_stage {
     LF_ENCODE_HIGHLIGHTS, // whether highlights are in shadow
     LF_ENCODE_BOUNCE,     // light of RSM texels
     LF_ENCODE_AROUND,     // rays over hemispheres, and what they see
-    LF_ENCODE_REFLECTED,  // light where those end, and what pixels take of it
+    LF_ENCODE_REFLECTED,  // light where rays of reflections end, and what pixels take of it
     LF_ENCODE_STAGES
 };
 extern const char *const lf_encode_stage_names[LF_ENCODE_STAGES]; // "pixels", ...

@@ -7,8 +7,10 @@
 
 #include <string.h>
 
-#define ROWS           4     // of pixels, a job
-#define PIXEL_CHANNELS 7     // nearness, albedo + F0, emission
+#define ROWS           4 // of pixels, a job
+#define PIXEL_CHANNELS 8 // nearness, albedo + F0, emission, missed
+#define EMISSION       4 // the first channel of it
+#define MISSED         7
 #define LEAST_PART     1e-3f // of a lobe, for a mirror
 #define TAPS           (LF_BLOCK_REACH * LF_BLOCK_REACH)
 #define WHOLE          65535.0f // sum of a pixel's weights
@@ -103,9 +105,8 @@ static float density_of(const struct lf_lobe *at, const float direction[3])
     return ng_brdf_sample_pdf(lf_lobe_cosine(at), nh, at->roughness);
 }
 
-// Where the direction would lead into the surface, the mirrored one; about the geometric normal if that does,
-// too.
-// `part`: of the lobe, from its middle.
+// `part`: of the lobe, from its middle. A direction that would lead into the surface is replaced by the
+// mirrored one, and that, if it does too, by the one mirrored about the geometric normal.
 static void choose_direction(const struct lf_lobe *at, const float u[3], float part, struct lf_ray_end *out)
 {
     lf_lobe_direction(at, (const float[3]){u[0], u[1], u[2] * part}, out->direction);
@@ -331,7 +332,8 @@ static void spread(const struct lf_encode_scene *scene, const struct spreading *
 
 static bool wants_any(const struct lf_encode_scene *s)
 {
-    return lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR) || lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR_ALBEDO) ||
+    return lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR) || lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR_MISSED) ||
+           lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR_ALBEDO) ||
            lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR_EMISSION) || lf_encode_wants(s, LF_INPUT_VIEW_MIRROR) ||
            lf_encode_wants(s, LF_INPUT_VIEW_MIRROR_BOUNCE);
 }
@@ -353,19 +355,22 @@ static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixe
         float *seen = m->seen.list.items + i * LF_END_CHANNELS;
         seen[0] = hit->met ? 1 / (1 + hit->distance) : 0;
         lf_mad(hit->albedo, hit->f0, 1, seen + 1);
-        memcpy(seen + 4, hit->emission, sizeof hit->emission);
+        memcpy(seen + EMISSION, hit->emission, sizeof hit->emission);
+        seen[MISSED] = hit->met ? 0 : 1;
         p->emits = p->emits || lf_max3(hit->emission) > 0;
+        p->misses = p->misses || !hit->met;
     }
-    add_reflections(m, 4, PIXEL_CHANNELS, m->seen.list.items);
+    add_reflections(m, EMISSION, MISSED, m->seen.list.items);
     struct spreading s = {.pixels = p,
                           .from = m->seen.list.items,
                           .channels = PIXEL_CHANNELS,
                           .planes = {p->mirror, p->mirror_albedo[0], p->mirror_albedo[1], p->mirror_albedo[2],
-                                     p->emission[0], p->emission[1], p->emission[2]}};
+                                     p->emission[0], p->emission[1], p->emission[2], p->mirror_missed}};
     spread(scene, &s);
     NG_TRY(lf_wide_find(scene, p));
     lf_wide_average(scene, p, PIXEL_CHANNELS, m->seen.list.items, s.planes);
     p->values.of[LF_INPUT_PIXEL_MIRROR] = p->mirror;
+    p->values.of[LF_INPUT_PIXEL_MIRROR_MISSED] = p->misses ? p->mirror_missed : NULL;
     p->values.of[LF_INPUT_PIXEL_MIRROR_ALBEDO] = p->mirror_albedo[0];
     p->values.of[LF_INPUT_PIXEL_MIRROR_EMISSION] = p->emits ? p->mirror_emission[0] : NULL;
     return NG_OK;

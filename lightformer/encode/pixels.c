@@ -58,6 +58,7 @@ static ng_result lay_out(struct lf_pixel_clues *p)
     set_planes(&l, p->specular, 3);
     set_planes(&l, &p->roughness, 1);
     set_planes(&l, &p->mirror, 1);
+    set_planes(&l, &p->mirror_missed, 1);
     set_planes(&l, p->mirror_albedo, 3);
     set_planes(&l, p->mirror_emission, 3);
     set_planes(&l, p->emission, 3);
@@ -241,7 +242,7 @@ ng_result lf_pixels_read(const struct lf_encode_scene *scene, const struct lf_en
     out->width = params->width;
     out->height = params->height;
     out->space = lf_space_of(snapshot);
-    out->emits = false;
+    out->emits = out->misses = false;
     memset(&out->values, 0, sizeof out->values);
     memcpy(out->eye, snapshot->camera.position, sizeof out->eye);
     NG_TRY(lay_out(out));

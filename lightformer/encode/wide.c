@@ -5,15 +5,21 @@
 
 #include <string.h>
 
-#define LANES      12 // LF_WIDE_TAPS, rounded up
-#define MIDDLE     (LF_WIDE_TAPS / 2)
-#define LEAST_PART (1 / 64.f) // of a pixel's weights; less is left out
+#define LANES       12 // LF_WIDE_TAPS, rounded up
+#define MIDDLE      (LF_WIDE_TAPS / 2)
+#define LEAST_SHARE (1 / 64.f) // of a pixel's weights; less is left out
 
 // Of a pixel's neighbours by place, relative to it: what they see in the middle of their lobes.
 struct sights {
     float from[3][LANES], direction[3][LANES], distance[LANES];
     float weight[LANES]; // by place; 0: no neighbour
 };
+
+// Of its own or of others, that met something or nothing.
+static bool has_rays(const struct lf_pixel_clues *p, size_t pixel)
+{
+    return p->mirror[pixel] > 0 || p->mirror_missed[pixel] > 0;
+}
 
 static uint32_t step_of(const struct lf_pixel_clues *p, size_t pixel)
 {
@@ -40,17 +46,24 @@ static void find_sights(void *user, uint32_t begin, uint32_t end, uint32_t worke
 static bool sees_alike(const struct lf_pixel_clues *p, size_t pixel, size_t other)
 {
     const unsigned char *kinds = p->reflections.kinds.items;
-    return kinds[pixel] == kinds[other] && p->mirror[other] > 0;
+    return kinds[pixel] == kinds[other] && has_rays(p, other);
+}
+
+// Place of tap k around a pixel. False if it is outside.
+static bool neighbour(const struct lf_pixel_clues *p, uint32_t pixel, uint32_t k, size_t *out)
+{
+    uint32_t step = step_of(p, pixel); // what is left or above of the picture wraps
+    uint32_t column = pixel % p->width + k % 3 * step - step, row = pixel / p->width + k / 3 * step - step;
+    *out = (size_t)row * p->width + column;
+    return column < p->width && row < p->height;
 }
 
 static void gather(const struct lf_pixel_clues *p, uint32_t pixel, struct sights *out)
 {
-    uint32_t step = step_of(p, pixel), x = pixel % p->width, y = pixel / p->width;
     for (uint32_t k = 0; k < LF_WIDE_TAPS; k++) {
-        uint32_t column = x + k % 3 * step - step, row = y + k / 3 * step - step; // may wrap
-        size_t other = (size_t)row * p->width + column;
+        size_t other;
         out->weight[k] = 0;
-        if (column >= p->width || row >= p->height || !sees_alike(p, pixel, other))
+        if (!neighbour(p, pixel, k, &other) || !sees_alike(p, pixel, other))
             continue;
         const struct lf_sight *seen = &p->reflections.sights.items[other];
         for (int c = 0; c < 3; c++) {
@@ -84,11 +97,11 @@ static void weigh(const struct lf_pixel_clues *p, struct sights *s, struct lf_wi
     float sum = 0, kept = 0;
     gather(p, out->pixel, s);
     liken(s, p->reflections.sights.items[out->pixel].direction, p->roughness[out->pixel]);
-    s->weight[MIDDLE] = 4;
+    s->weight[MIDDLE] = 4; // also where what it sees is no number
     for (int k = 0; k < LF_WIDE_TAPS; k++)
-        sum += s->weight[k];
+        sum += s->weight[k] > 0 ? s->weight[k] : 0;
     for (int k = 0; k < LF_WIDE_TAPS; k++)
-        kept += s->weight[k] = s->weight[k] >= LEAST_PART * sum ? s->weight[k] : 0;
+        kept += s->weight[k] = s->weight[k] >= LEAST_SHARE * sum ? s->weight[k] : 0;
     for (int k = 0; k < LF_WIDE_TAPS; k++)
         out->weight[k] = s->weight[k] / kept;
 }
@@ -102,13 +115,13 @@ static void weigh_all(void *user, uint32_t begin, uint32_t end, uint32_t worker)
         weigh(p, &sights, &p->reflections.wide.items[i]);
 }
 
-// Pixels whose rays met something.
+// Pixels that took of any ray.
 static void list_pixels(struct lf_pixel_clues *p)
 {
     struct lf_mirror *m = &p->reflections;
     m->wide.count = 0;
     for (size_t i = 0; i < m->taps.count; i++)
-        if (p->mirror[m->taps.items[i].pixel] > 0)
+        if (has_rays(p, m->taps.items[i].pixel))
             m->wide.items[m->wide.count++].pixel = m->taps.items[i].pixel;
 }
 
@@ -149,13 +162,11 @@ static void average(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     for (uint32_t i = begin; i < end; i++) {
         const struct lf_wide_taps *t = &p->reflections.wide.items[i];
         float *out = job->mean + (size_t)i * job->channels;
-        uint32_t step = step_of(p, t->pixel);
         memset(out, 0, job->channels * sizeof *out);
         for (uint32_t k = 0; k < LF_WIDE_TAPS; k++) {
-            if (!(t->weight[k] > 0))
+            size_t other;
+            if (!(t->weight[k] > 0) || !neighbour(p, t->pixel, k, &other))
                 continue;
-            size_t other =
-                t->pixel + (size_t)(k % 3 * step) - step + ((size_t)(k / 3 * step) - step) * p->width;
             for (uint32_t c = 0; c < job->channels; c++)
                 out[c] += t->weight[k] * job->planes[c][other];
         }

@@ -1,4 +1,5 @@
 // The network writes planes, the renderer takes images of four channels: one copy in between, on all threads.
+// Where is no surface a network has learned nothing, and whatever it says is no light.
 #include "lightformer/gather/gather.h"
 
 #include "base/array.h"
@@ -88,7 +89,7 @@ static ng_result reserve_planes(struct lf_gather *self, const struct lf_screen *
 }
 
 struct interleave {
-    const float *planes;
+    const float *planes, *mask;
     float *texels;
     size_t size; // of a plane
 };
@@ -99,7 +100,7 @@ static void interleave(void *user, uint32_t begin, uint32_t end, uint32_t worker
     const struct interleave *job = user;
     for (size_t i = begin; i < end; i++) {
         for (size_t c = 0; c < 3; c++)
-            job->texels[i * 4 + c] = job->planes[c * job->size + i];
+            job->texels[i * 4 + c] = job->mask[i] > 0 ? job->planes[c * job->size + i] : 0;
         job->texels[i * 4 + 3] = 1;
     }
 }
@@ -123,6 +124,7 @@ static ng_result run(const struct ng_pass_context *ctx)
     uint32_t pixels = frame.width * frame.height;
     for (int i = 0; i < PART_COUNT; i++) {
         struct interleave job = {.planes = self->planes[i].items,
+                                 .mask = frame.values->of[LF_INPUT_PIXEL_MASK],
                                  .texels = ng_pass_memory(ctx, d->images[i]).data,
                                  .size = pixels};
         ng_jobs_for(self->params.jobs, pixels, 1u << 14, interleave, &job);

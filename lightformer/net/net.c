@@ -22,6 +22,13 @@ static ng_result check_notes(const struct lf_net *net, const char *path)
                      version ? version : "");
         return NG_ERROR_FORMAT;
     }
+    const char *inputs = lf_net_note(net, "inputs");
+    if (!inputs || strcmp(inputs, LF_INPUTS_VERSION) != 0) {
+        ng_log_error("%s: was trained with inputs of version \"%s\", which this program no longer makes (its "
+                     "own: " LF_INPUTS_VERSION "); train it anew",
+                     path, inputs ? inputs : "");
+        return NG_ERROR_FORMAT;
+    }
     if (!lf_net_note(net, "program")) {
         ng_log_error("%s: is a network without a program in its metadata", path);
         return NG_ERROR_FORMAT;

@@ -278,12 +278,51 @@ static void what_mirrors_show_is_shadowed(void **state)
     scene_close(&s);
 }
 
+// A mirror before a wall that ends: rays meet it, or nothing, or, at its edge, both.
+static void rays_that_meet_nothing_are_known(void **state)
+{
+    NG_UNUSED(state);
+    enum { SIZE = 64 };
+    struct scene s;
+    struct picture p = {0};
+    scene_open(&s, 1);
+    ng_entity mirror = scene_material(&s, white, 1, 0.3f), wall = scene_material(&s, grey, 0, 1);
+    scene_quad(&s, (const float[3]){-2, -1, 2}, (const float[3]){4, 0, 0}, (const float[3]){0, 0, -4},
+               mirror);
+    scene_quad(&s, (const float[3]){-2, -1, -2}, (const float[3]){2, 0, 0}, (const float[3]){0, 9, 0}, wall);
+    picture_point(&s, 2, (const float[3]){0, 4, 1});
+    scene_frame(&s, 0);
+    picture_encode(&p, &s, SIZE, SIZE);
+    int met = 0, missed = 0, both = 0;
+    for (size_t i = 0; i < SIZE * SIZE; i++) {
+        const float *x = p.position + 4 * i;
+        float part = picture_pixels(&p, LF_INPUT_PIXEL_MIRROR_MISSED, 0)[i],
+              nearness = picture_pixels(&p, LF_INPUT_PIXEL_MIRROR, 0)[i];
+        if (!(x[3] > 0) || x[1] > -0.9f)
+            assert_true(part == 0 && nearness == 0);
+        if (!(x[3] > 0) || x[1] > -0.99f || x[2] < -1.9f)
+            continue;
+        assert_true(part >= 0 && part < 1.0001f && (part > 0.9999f || nearness > 0));
+        met += x[0] < -0.7f && part < 0.5f;
+        missed += x[0] > 0.7f && part > 0.8f;
+        both += fabsf(x[0]) < 0.2f && part > 0.2f && part < 0.8f;
+    }
+    print_message("rays met %d, missed %d, both %d\n", met, missed, both);
+    assert_true(met > 50 && missed > 200 && both > 50);
+    picture_close(&p);
+    scene_close(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(occluders_are_where_they_are), cmocka_unit_test(parallel_light_begins_at_the_sphere),
-        cmocka_unit_test(a_hollow_ball_is_lit_evenly),  cmocka_unit_test(spreading_is_close_to_summing),
-        cmocka_unit_test(mirrors_show_what_is_lit),     cmocka_unit_test(what_mirrors_show_is_shadowed),
+        cmocka_unit_test(occluders_are_where_they_are),
+        cmocka_unit_test(parallel_light_begins_at_the_sphere),
+        cmocka_unit_test(a_hollow_ball_is_lit_evenly),
+        cmocka_unit_test(spreading_is_close_to_summing),
+        cmocka_unit_test(mirrors_show_what_is_lit),
+        cmocka_unit_test(what_mirrors_show_is_shadowed),
+        cmocka_unit_test(rays_that_meet_nothing_are_known),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

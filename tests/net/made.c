@@ -47,6 +47,7 @@ void made_write(const char *path, const char *program, const char *weights)
     }
     OK(lf_tensors_note(&t, "format", "lightformer-net"));
     OK(lf_tensors_note(&t, "version", "1"));
+    OK(lf_tensors_note(&t, "inputs", LF_INPUTS_VERSION));
     OK(lf_tensors_note(&t, "program", program));
     OK(lf_tensors_write(&t, path));
     lf_tensors_finish(&t);

@@ -137,9 +137,9 @@ static void write_with(const char *path, const char *key, const char *value, enu
                        float number)
 {
     const uint64_t shape[] = {3, 3};
-    const char *const keys[] = {"format", "version", "program"};
+    const char *const keys[] = {"format", "version", "inputs", "program"};
     const char *const values[] = {
-        "lightformer-net", "1",
+        "lightformer-net", "1", LF_INPUTS_VERSION,
         "[{\"op\":\"linear\",\"in\":[\"pixel.normal\"],\"out\":\"direct\",\"name\":\"a\","
         "\"channels\":3},{\"op\":\"abs\",\"in\":[\"direct\"],\"out\":\"unshadowed\"},"
         "{\"op\":\"abs\",\"in\":[\"direct\"],\"out\":\"indirect\"}]"};
@@ -177,6 +177,10 @@ static void files(void **state)
     assert_refused(path, "version \"2\"; this program reads version 1");
     write_with(path, "version", NULL, LF_F32, 0);
     assert_refused(path, "version");
+    write_with(path, "inputs", "5", LF_F32, 0);
+    assert_refused(path, "inputs of version \"5\"");
+    write_with(path, "inputs", NULL, LF_F32, 0);
+    assert_refused(path, "inputs of version \"\"");
     write_with(path, "format", "lightformer-dataset", LF_F32, 0);
     assert_refused(path, "is no network");
     write_with(path, "program", NULL, LF_F32, 0);

@@ -1,6 +1,7 @@
 #include "networks.h"
 
 #include "base/rng.h"
+#include "lightformer/net/net.h"
 #include "lightformer/tensors/tensors.h"
 
 // Occluders nearer than the surface by less than this share of R, the rounding of depths, are the surface.
@@ -91,9 +92,14 @@ static void add_random(struct lf_tensors *t, struct ng_rng *rng, const struct la
 
 static void write_network(struct lf_tensors *t, const char *program, const char *path)
 {
-    static const char *const notes[][2] = {
-        {"format", "lightformer-net"}, {"version", "1"},    {"family", "test"}, {"preset", "test"},
-        {"training", "none"},          {"dataset", "none"}, {"quality", "{}"}};
+    static const char *const notes[][2] = {{"format", "lightformer-net"},
+                                           {"version", "1"},
+                                           {"inputs", LF_INPUTS_VERSION},
+                                           {"family", "test"},
+                                           {"preset", "test"},
+                                           {"training", "none"},
+                                           {"dataset", "none"},
+                                           {"quality", "{}"}};
     for (size_t i = 0; i < NG_COUNT(notes); i++)
         assert_int_equal(lf_tensors_note(t, notes[i][0], notes[i][1]), NG_OK);
     assert_int_equal(lf_tensors_note(t, "program", program), NG_OK);

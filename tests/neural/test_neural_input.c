@@ -48,6 +48,28 @@ static void no_light_gives_black(void **state)
     room_close(&r);
 }
 
+// A network says something everywhere; where is no surface that is no light.
+static void there_is_no_light_in_the_sky(void **state)
+{
+    NG_UNUSED(state);
+    struct room r;
+    struct method m;
+    room_open(&r, PANEL | POINT);
+    room_move(&r, r.scene.camera, 0, 0, 8);
+    method_open(&r, NULL, &m);
+    room_draw(&r, &m);
+    for (int p = 0; p < PARTS; p++) {
+        float *pixels = room_layer(&r, &m, parts[p]),
+              *middle = pixels + (size_t)3 * (r.width * r.height + r.width) / 2;
+        for (uint32_t i = 0; i < 3 * r.width; i++)
+            assert_true(pixels[i] == 0);
+        assert_true(middle[0] + middle[1] + middle[2] > 0);
+        free(pixels);
+    }
+    method_close(&m);
+    room_close(&r);
+}
+
 static void many_lights_are_drawn(void **state)
 {
     NG_UNUSED(state);
@@ -291,6 +313,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_light_gives_black),
+        cmocka_unit_test(there_is_no_light_in_the_sky),
         cmocka_unit_test(many_lights_are_drawn),
         cmocka_unit_test(lights_may_be_anywhere),
         cmocka_unit_test(sizes_may_be_odd),

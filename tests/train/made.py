@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/train"))
 from lightformer_train import weights  # noqa: E402
 from lightformer_train.network import Lights  # noqa: E402
-from lightformer_train.program import INPUTS  # noqa: E402
+from lightformer_train.program import INPUTS, INPUTS_VERSION  # noqa: E402
 
 UNIT_VECTORS = {name for name in INPUTS if name.rpartition(".")[2] in ("normal", "direction", "view")}
 
@@ -103,5 +103,5 @@ def dataset(folder: Path, samples: int = 12, crops: int = 2, size: int = 24, lig
             tensors[f"{seed}/{name}"] = np.stack([truth(crop)[name] for crop in whole]).astype(np.float32)
     file = f"shard-{0:010d}-{samples - 1:010d}.safetensors"
     weights.write(folder / file, tensors, {"format": "1"})
-    (folder / "manifest.json").write_text(json.dumps({"settings": {}, "shards": [{"file": file}]}))
+    (folder / "manifest.json").write_text(json.dumps({"settings": {"format": INPUTS_VERSION}, "shards": [{"file": file}]}))
     return folder

@@ -54,6 +54,16 @@ class Structured(unittest.TestCase):
         self.assertEqual(float(picture[1].abs().max()), 0)
         self.assertGreater(float(picture[[0, 2]].abs().amin(0).max()), 0)
 
+    def test_metal_shows_no_light_where_its_rays_meet_nothing(self):
+        inputs = dict(self.inputs)
+        for name in ("pixel.diffuse", "pixel.mirror", "pixel.mirror_emission", "view.mirror", "view.mirror_bounce"):
+            inputs[name] = torch.zeros_like(self.inputs[name])
+        dark = dict(inputs)
+        dark["pixel.mirror_missed"] = torch.ones_like(self.inputs["pixel.mirror_missed"])
+        with torch.no_grad():
+            self.assertEqual(float(self.network(dark, self.lights)["indirect"].abs().max()), 0)
+            self.assertGreater(float(self.network(inputs, self.lights)["indirect"].abs().max()), 0)
+
     def test_brighter_lights_brighten_the_picture(self):
         brighter = dict(self.inputs)
         for name in ("frame.radiance", "frame.mean_power", "light.power"):

@@ -18,7 +18,7 @@ from torch import Tensor
 
 from . import weights
 from .network import Lights
-from .program import INPUTS, PICTURES, ROWS, Checked
+from .program import INPUTS, INPUTS_VERSION, PICTURES, ROWS, Checked
 
 TARGETS = ("target.unshadowed", "target.shadow", "target.indirect")
 # Inputs of three channels that turn with the world; the others of three channels are colours.
@@ -92,9 +92,15 @@ class Dataset:
             manifest = folder / "manifest.json"
             try:
                 text = manifest.read_bytes()
-                names = [shard["file"] for shard in json.loads(text)["shards"]]
+                content = json.loads(text)
+                names, version = [shard["file"] for shard in content["shards"]], content["settings"]["format"]
             except (OSError, ValueError, KeyError, TypeError) as error:
                 raise weights.FileError(f"{manifest}: not the manifest of a data set ({error})") from None
+            if version != INPUTS_VERSION:
+                raise weights.FileError(
+                    f"{folder}: its inputs are of version {version}, not {INPUTS_VERSION}; "
+                    "make it anew (lightformer dataset --targets keeps what was traced)"
+                )
             manifests += text
             for name in names:
                 self._add(folder / name)

@@ -43,7 +43,7 @@ def create(preset: str, without: frozenset[str] = frozenset(), precision: torch.
 def save(path: Path, network: Network, notes: dict[str, str]) -> None:
     """Whole or not at all."""
     tensors = {name: value.numpy().astype(np.float32) for name, value in network.tensors().items()}
-    head = {"format": FORMAT, "version": VERSION}
+    head = {"format": FORMAT, "version": VERSION, "inputs": program.INPUTS_VERSION}
     text = json.dumps(network.checked.operations, separators=(",", ":"))
     weights.write(path, tensors, {**head, "program": text, **notes})
 
@@ -53,6 +53,8 @@ def load(path: Path, precision: torch.dtype = torch.float32) -> tuple[Network, d
     tensors, notes = weights.read(path)
     if notes.get("format") != FORMAT or notes.get("version") != VERSION:
         raise weights.FileError(f"{path}: not a network of version {VERSION}")
+    if notes.get("inputs") != program.INPUTS_VERSION:
+        raise weights.FileError(f"{path}: trained with inputs of another version than {program.INPUTS_VERSION}")
     try:
         network = Network(program.check(json.loads(notes["program"])), precision)
         network.load({name: torch.from_numpy(value.astype(np.float32)) for name, value in tensors.items()})

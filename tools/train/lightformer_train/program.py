@@ -62,7 +62,14 @@ def read_inputs(path: Path = ROOT / "lightformer/net/inputs.inc") -> dict[str, I
     }
 
 
+def read_inputs_version(path: Path = ROOT / "lightformer/net/inputs.inc") -> str:
+    """Of what the table says."""
+    found = re.search(r'^#define LF_INPUTS_VERSION "(\w+)"', path.read_text(encoding="utf-8"), re.MULTILINE)
+    return found[1] if found else ""
+
+
 INPUTS = read_inputs()
+INPUTS_VERSION = read_inputs_version()
 
 
 @dataclass

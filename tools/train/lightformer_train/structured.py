@@ -9,7 +9,7 @@ Of each light k (unit power; shares weigh the sums over lights, so that all is l
                  sum s_k g_k z_i,k
     indirect     a U-Net in screen space on geometry, transfer, direct light and clues, then a decoder at full
                  resolution: albedo * (factor * bounce + factor * gathered + residue)
-                 + (F0 + b) * (radiance + factor * bounce + gated mirror clue)
+                 + (F0 + b) * ((radiance + factor * bounce) * part of the lobe that meets something + gated mirror clue)
 
 Nothing is absolute: lengths are in units of the scene and positions relative to light or eye, so moving or scaling the
 scene changes nothing.
@@ -258,6 +258,8 @@ def _indirect(
     if "bounce" not in without:  # rough metals reflect what a diffuse surface would gather
         radiance = b.apply("add", radiance, b.apply("mul", bounce, b.apply("softplus", part(11, 12))))
     if "mirror" not in without:
+        # Whatever else is not known: no light comes from where rays meet nothing.
+        radiance = b.apply("mul", radiance, b.affine("pixel.mirror_missed", -1.0, 1.0))
         gate = b.apply("sigmoid", b.affine(part(9, 10), 1.0, 2.0))
         radiance = b.apply("add", radiance, b.apply("mul", mirror, gate))
     fresnel = b.apply("softplus", b.affine(part(10, 11), 1.0, -4.0))
