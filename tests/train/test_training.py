@@ -13,7 +13,7 @@ from made import ROOT, dataset
 
 from lightformer_train import data, training, weights
 from lightformer_train.data import Dataset, Options
-from lightformer_train.program import INPUTS
+from lightformer_train.program import INPUTS, INPUTS_VERSION
 from lightformer_train.training import Settings, Stopped, Trainer
 
 SCRATCH = Path(os.environ["NG_TEST_DIR"])
@@ -181,6 +181,8 @@ class Commands(unittest.TestCase):
         folder.mkdir(exist_ok=True)
         kept = {name: x for name, x in tensors.items() if "view.bounce" not in name}
         weights.write(folder / "shard.safetensors", kept, {})
-        (folder / "manifest.json").write_text('{"shards": [{"file": "shard.safetensors"}]}')
-        with self.assertRaisesRegex(weights.FileError, "view.bounce"):
-            Dataset([folder])
+        for version, expected in ((INPUTS_VERSION, "view.bounce"), ("1", "version 1, not")):
+            content = {"settings": {"format": version}, "shards": [{"file": "shard.safetensors"}]}
+            (folder / "manifest.json").write_text(json.dumps(content))
+            with self.assertRaisesRegex(weights.FileError, expected):
+                Dataset([folder])
