@@ -464,9 +464,9 @@ struct alone {
     double seconds, cpu_seconds, peak_bytes;
 };
 
-// Runs `work` in a process that has nothing yet. False if there can be none, or it failed.
-static bool run_alone(ng_result (*work)(const struct bench_neural_params *),
-                      const struct bench_neural_params *params, struct alone *out)
+// Runs `work` in a process that has nothing yet. What fails in it is said there.
+static ng_result run_alone(ng_result (*work)(const struct bench_neural_params *),
+                           const struct bench_neural_params *params, struct alone *out)
 {
     struct rusage usage;
     int status = 0;
@@ -474,13 +474,20 @@ static bool run_alone(ng_result (*work)(const struct bench_neural_params *),
     fflush(NULL);
     pid_t child = fork();
     if (child == 0)
-        _exit(work(params) == NG_OK ? 0 : 1);
-    if (child < 0 || wait4(child, &status, 0, &usage) != child)
-        return false;
+        _exit((int)work(params));
+    if (child < 0 || wait4(child, &status, 0, &usage) != child) {
+        ng_log_error("%s: no process could be started to draw it alone", params->scene);
+        return NG_ERROR_UNSUPPORTED;
+    }
+    if (!WIFEXITED(status)) {
+        ng_log_error("%s: the process that drew it alone was ended by signal %d", params->scene,
+                     WTERMSIG(status));
+        return NG_ERROR_UNSUPPORTED;
+    }
     out->seconds = (double)(ng_clock_ns() - start) * 1e-9;
     out->cpu_seconds = seconds_of(&usage.ru_utime) + seconds_of(&usage.ru_stime);
     out->peak_bytes = (double)usage.ru_maxrss * 1024;
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    return (ng_result)WEXITSTATUS(status);
 }
 
 ng_result bench_neural_measure_processes(const struct bench_neural_params *params, struct bench_neural *out)
@@ -489,10 +496,8 @@ ng_result bench_neural_measure_processes(const struct bench_neural_params *param
     *out = (struct bench_neural){0};
     if (params->budget)
         return NG_OK;
-    if (!run_alone(draw_first_frame, params, &first) || !run_alone(draw_many_lights, params, &many)) {
-        ng_log_error("%s: a process that was to draw it alone failed", params->scene);
-        return NG_ERROR_UNSUPPORTED;
-    }
+    NG_TRY(run_alone(draw_first_frame, params, &first));
+    NG_TRY(run_alone(draw_many_lights, params, &many));
     out->first_frame_s = first.seconds;
     out->first_frame_cpu_s = first.cpu_seconds;
     out->memory_mib = many.peak_bytes / (1 << 20);

@@ -130,16 +130,17 @@ static ng_result create_camera(struct viewer *v)
     return ng_world_add(world, v->camera, NG_TRANSFORM, &transform);
 }
 
+// All methods are at hand; without weights for it the neural one shows nothing, unless it was asked for.
 static ng_result open_methods(struct viewer *v)
 {
-    struct method_params params = {.stage = v->stage,
-                                   .scene = v->args->scene,
-                                   .weights = v->args->weights,
-                                   .optional = true,
-                                   .samples = v->args->samples};
+    const struct view *args = v->args;
+    struct method_params params = {
+        .stage = v->stage, .scene = args->scene, .weights = args->weights, .samples = args->samples};
     const struct method *m;
-    for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++)
+    for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++) {
+        params.optional = i != args->method && !(args->comparison && i == args->other);
         NG_TRY(method_open(m, &params, &v->methods[i]));
+    }
     return NG_OK;
 }
 

@@ -21,7 +21,7 @@ struct method_params {
     struct ng_stage *stage; // borrowed; with a device
     const char *scene;      // path of what is on it
     const char *weights;    // path of a network; null: the scene's own
-    // Without weights the method still joins, and computes nothing: where all methods are at hand (view).
+    // Without weights the method still joins, and computes nothing: where it is at hand unasked (view).
     bool optional;
     uint32_t samples; // of methods that refine their picture: a pixel, at which they rest; 0: never
 };
