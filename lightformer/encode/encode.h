@@ -110,6 +110,15 @@ uint32_t lf_light_clues_light(const struct lf_light_clues *clues); // index in t
 // encoded anew before use.
 void lf_light_clues_follow(struct lf_light_clues *clues, const struct ng_snapshot *snapshot, uint32_t light);
 
+// Bytes that pictures of a size take at most, whatever they show; `mirror_rays` as above. So that what does
+// not fit is refused before it is tried.
+struct lf_encode_bytes {
+    uint64_t pixels; // of the picture
+    uint64_t view;   // of the view inputs of a light, or of all lights if they share memory
+    uint64_t light;  // of each light besides, apart from what lf_light_clues_keep copies
+};
+struct lf_encode_bytes lf_encode_bytes(uint32_t width, uint32_t height, uint32_t mirror_rays);
+
 // Where the time of the last calls went, milliseconds, for budgets and benchmarks.
 enum lf_encode_stage {
     LF_ENCODE_PIXELS,     // planes of the G-buffer

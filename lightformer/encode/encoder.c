@@ -8,12 +8,9 @@
 
 #include <stdlib.h>
 
-// Floats a pixel that do not depend on the network, at most. Of the device: G-buffer, images of radiance,
-// what is composed of them, and their copies, 74. Of the screen: planes 31, the grid 5, reflections 40,
-// hemispheres 6. Clues of one light 28, radiance as the network writes it 9; some to spare.
-#define FLOATS_A_PIXEL           198
-// Of each light besides what the gather reads: what rays show of it, the grid.
-#define FLOATS_A_PIXEL_AND_LIGHT 6
+// Floats a pixel besides inputs and images of the network. Of the device: G-buffer, images of radiance, what
+// is composed of them, and their copies, 74; radiance as the network writes it, 9.
+#define FLOATS_A_PIXEL 83
 
 const struct ng_item_type lf_screen_item = {"screen", sizeof(struct lf_screen)};
 const struct ng_item_type lf_embedding_item = {"embedding", sizeof(struct lf_embedding)};
@@ -149,15 +146,18 @@ static ng_result list_lights(struct lf_encoder *self, struct ng_composer *compos
     return NG_OK;
 }
 
-// Bytes for pictures of a size, about.
+// Bytes for pictures of a size, at most. Layers and files that are made of them come on top.
 static uint64_t bytes_needed(const struct lf_encoder *self, const struct ng_frame_info *frame,
                              uint32_t lights)
 {
+    const struct lf_encode_bytes inputs =
+        lf_encode_bytes(frame->width, frame->height, self->params.mirror_rays);
     uint64_t pixels = (uint64_t)frame->width * frame->height, kept = 0;
     for (int i = 0; i < LF_INPUT_COUNT; i++)
         if (lf_net_inputs[i].domain == LF_DOMAIN_VIEW && self->gather >> i & 1)
             kept += lf_net_inputs[i].channels;
-    return pixels * (FLOATS_A_PIXEL + lights * (FLOATS_A_PIXEL_AND_LIGHT + kept)) * sizeof(float) +
+    return pixels * (FLOATS_A_PIXEL + lights * kept) * sizeof(float) + inputs.pixels + inputs.view +
+           lights * inputs.light +
            lf_net_executor_bytes(self->params.executor, frame->width, frame->height, lights);
 }
 

@@ -313,6 +313,53 @@ static void rays_that_meet_nothing_are_known(void **state)
     scene_close(&s);
 }
 
+#define BYTES(array) ((array).capacity * sizeof *(array).items)
+
+static uint64_t bytes_of_pixels(const struct lf_pixel_clues *p)
+{
+    const struct lf_mirror *m = &p->reflections;
+    uint64_t bytes = BYTES(m->kinds) + BYTES(m->hits) + BYTES(m->rays) + BYTES(m->taps) + BYTES(m->sights) +
+                     BYTES(m->wide) + BYTES(m->seen.list);
+    for (int i = 0; i < LF_MIRROR_KINDS; i++)
+        bytes += BYTES(m->lattices[i].hit_at);
+    return bytes + BYTES(p->memory.list) + BYTES(p->grid_taps) + BYTES(p->alone) + BYTES(p->around.ends) +
+           BYTES(p->around.weights);
+}
+
+// Nothing but what reflects, as far as rays go round: most of it metal, before a metal.
+static void memory_is_what_was_said(void **state)
+{
+    NG_UNUSED(state);
+    enum { SIZE = 160, STRIPES = 160 };
+    struct scene s;
+    struct picture p = {0};
+    scene_open(&s, 2);
+    ng_entity metal = scene_material(&s, white, 1, 0.3f), gloss = scene_material(&s, grey, 0, 0.3f);
+    for (int i = 0; i < STRIPES; i++)
+        scene_quad(&s, (const float[3]){-8 + 0.1f * (float)i, -8, 0}, (const float[3]){0.1f, 0, 0},
+                   (const float[3]){0, 16, 0}, i % 7 < 2 ? gloss : metal);
+    scene_quad(&s, (const float[3]){30, -30, 9}, (const float[3]){-60, 0, 0}, (const float[3]){0, 60, 0},
+               metal);
+    picture_point(&s, 2, (const float[3]){0, 1, 6});
+    scene_frame(&s, 0);
+    picture_encode(&p, &s, SIZE, SIZE);
+    const struct lf_encode_bytes most = lf_encode_bytes(SIZE, SIZE, 0);
+    const struct lf_light_clues *light = p.light[0];
+    uint64_t pixels = bytes_of_pixels(p.pixels), view = BYTES(light->view.list),
+             others = BYTES(light->grid.list) + BYTES(light->reflected.list) + BYTES(light->around.list);
+    print_message("bytes a pixel: %.1f of %.1f, %.1f of %.1f, %.1f of %.1f\n", (double)pixels / (SIZE * SIZE),
+                  (double)most.pixels / (SIZE * SIZE), (double)view / (SIZE * SIZE),
+                  (double)most.view / (SIZE * SIZE), (double)others / (SIZE * SIZE),
+                  (double)most.light / (SIZE * SIZE));
+    assert_int_equal(p.pixels->reflections.taps.count, SIZE * SIZE);
+    assert_true(p.pixels->reflections.first < p.pixels->reflections.hits.count);
+    assert_in_range(pixels, most.pixels * 9 / 10, most.pixels);
+    assert_in_range(view, most.view * 9 / 10, most.view);
+    assert_in_range(others, most.light * 9 / 10, most.light);
+    picture_close(&p);
+    scene_close(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -323,6 +370,7 @@ int main(void)
         cmocka_unit_test(mirrors_show_what_is_lit),
         cmocka_unit_test(what_mirrors_show_is_shadowed),
         cmocka_unit_test(rays_that_meet_nothing_are_known),
+        cmocka_unit_test(memory_is_what_was_said),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
