@@ -90,7 +90,7 @@ static void penumbrae_are_soft(void **state)
         size += b * b;
     }
     print_message("penumbra: %.2g of the light, %.2g with one ray\n", soft / size, hard / size);
-    assert_true(partly > 50 && soft < 0.2 * hard && soft < 0.01 * size);
+    assert_true(partly > 50 && soft < 0.1 * hard && soft < 0.0035 * size);
     free(truth);
     picture_close(&p);
     scene_close(&s);
