@@ -71,6 +71,23 @@ class Training(unittest.TestCase):
         short.run()
         self.assertEqual(short.step, training.WARM_UP + 2)
 
+    def test_a_resumed_training_keeps_its_length(self):
+        trainer("length")._save_checkpoint()
+        with self.assertRaisesRegex(Stopped, "of 70 steps, not 71"):
+            trainer("length", steps=71).resume()
+        by_minutes = trainer("length", steps=0)  # what was decided counts
+        by_minutes.resume()
+        self.assertEqual(by_minutes.total, 70)
+
+    def test_minutes_become_steps_after_an_early_interruption(self):
+        early = trainer("early", steps=0, minutes=1e-6)
+        early.step = training.WARM_UP - 1
+        early._save_checkpoint()
+        resumed = trainer("early", steps=0, minutes=1e-6)
+        resumed.resume()
+        resumed.run()
+        self.assertEqual(resumed.step, training.WARM_UP + 2)
+
     def test_a_checkpoint_of_other_settings_is_refused(self):
         one = trainer("other")
         one._save_checkpoint()

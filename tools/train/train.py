@@ -43,7 +43,7 @@ def parse() -> argparse.Namespace:
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--minutes", type=_positive(float), default=Settings.minutes, help="default %(default)s")
     length.add_argument("--steps", type=_positive(int), default=Settings.steps, help="instead of minutes")
-    add("--resume", action="store_true", help="go on from the checkpoint")
+    add("--resume", action="store_true", help="go on from the checkpoint, to its last step")
     add("--batch", type=_positive(int), default=Settings.batch, help="crops of a process's step (default %(default)s)")
     add("--processes", type=_positive(int), default=Settings.processes, help="default %(default)s")
     add("--rate", type=_positive(float), default=Settings.rate, help="of learning, at first (default %(default)s)")

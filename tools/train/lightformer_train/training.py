@@ -234,7 +234,7 @@ class Trainer:
         """Minutes become steps once the speed is known."""
         if self.total or self.step < WARM_UP:
             return
-        typical = statistics.median(self.seconds[TIMED_FROM:])
+        typical = statistics.median(self.seconds[TIMED_FROM:] or self.seconds)  # a resumed run may have few
         steps = int(self.settings.minutes * 60 * STEPPING / typical)
         self.total = self.processes.agree(max(steps, WARM_UP + 2))
 
@@ -325,16 +325,20 @@ class Trainer:
         weights.write_atomically(self._checkpoint, buffer.getvalue())
 
     def resume(self) -> None:
-        """Goes on where the checkpoint is. Stopped if that is of another training, or none."""
+        """Goes on where the checkpoint is, to the step where it was to end. Stopped if it is of another training, or
+        none."""
         try:
             state = torch.load(self._checkpoint, map_location=self.device)
             if state["identity"] != self._identity():
                 raise Stopped(f"{self._checkpoint}: of other settings or data; start without --resume")
+            total, asked = state["total"], self.settings.steps
+            if total and asked not in (0, total):  # the rate's decay would bend, and no command repeat it
+                raise Stopped(f"{self._checkpoint}: of {total} steps, not {asked}; resume with --steps {total}")
             self.network.load_state_dict(state["network"])
             self.mean.load_state_dict(state["mean"])
             self.optimizer.load_state_dict(state["optimizer"])
             self.history = History(*state["history"])
-            self.step, self.total = state["step"], self.settings.steps or state["total"]
+            self.step, self.total = state["step"], total or asked
         except (OSError, RuntimeError, KeyError, EOFError, TypeError, pickle.UnpicklingError) as error:
             if isinstance(error, Stopped):
                 raise
