@@ -1,6 +1,7 @@
 """A training in seconds: the loss falls, repeating gives the same bytes, a resumed run equals an uninterrupted one."""
 
 import json
+import math
 import os
 import signal
 import socket
@@ -87,6 +88,19 @@ class Training(unittest.TestCase):
         resumed.resume()
         resumed.run()
         self.assertEqual(resumed.step, training.WARM_UP + 2)
+
+    def test_what_is_not_a_number_is_not_written(self):
+        """A judgement, weights at a checkpoint, a loss."""
+        far = trainer("far", steps=1, rate=1e8)
+        with self.assertRaisesRegex(Stopped, "not numbers; lower --rate"):
+            far.run()
+        broken = trainer("far")
+        broken.network.parameter.data[0] = math.nan
+        with self.assertRaisesRegex(Stopped, "not numbers; lower --rate"):
+            broken._save_checkpoint()
+        with self.assertRaisesRegex(Stopped, "loss of step 0 is not a number"):
+            broken.run()
+        self.assertEqual(list(SCRATCH.glob("far.*")), [])
 
     def test_a_checkpoint_of_other_settings_is_refused(self):
         one = trainer("other")

@@ -1,5 +1,6 @@
 """How good a network is on crops that it did not learn from."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -29,6 +30,10 @@ class Quality:
     def __str__(self) -> str:
         parts = (f"{name} {self.rse[name]:.4f} (mean {self.mean_ratio[name]:.3f})" for name in self.rse)
         return "RSE " + ", ".join(parts)
+
+    def is_finite(self) -> bool:
+        """Whether every figure is a number."""
+        return all(math.isfinite(x) for values in (self.rse, self.mean_ratio) for x in values.values())
 
     def as_json(self) -> dict:
         """For a file's metadata."""

@@ -201,17 +201,18 @@ class Trainer:
         )
 
     def _learn(self, batch: Batch) -> float:
-        """One step; its loss."""
+        """One step; its loss, the mean of all processes."""
         for group in self.optimizer.param_groups:
             group["lr"] = self._rate()
         total, terms = self.loss(self.network(batch.inputs, batch.lights), batch)
-        loss = float(total.detach())
-        if not math.isfinite(loss):
-            raise Stopped(f"the loss of step {self.step} is not a number; lower --rate")
         self.optimizer.zero_grad(set_to_none=True)
         total.backward()
         parameters = [p for p in self.network.parameters() if p.grad is not None]
-        self.processes.average([p.grad for p in parameters])
+        mean_loss = total.detach().clone()
+        self.processes.average([*(p.grad for p in parameters), mean_loss])
+        loss = float(mean_loss)
+        if not math.isfinite(loss):  # in one process, so all of them stop
+            raise Stopped(f"the loss of step {self.step} is not a number; lower --rate")
         torch.nn.utils.clip_grad_norm_(parameters, GRADIENT_LIMIT)
         self.optimizer.step()
         self._average_weights()
@@ -268,8 +269,14 @@ class Trainer:
 
     def _judge(self, crops: list[Crop]) -> tuple[quality.Quality, list[quality.Pictures]]:
         found, pictures = quality.judge(self.mean, self._batches(crops, replace(self.options, vpls=500, texels=8192)))
+        self._check_numbers(found.is_finite())
         History.note(self.history.rse, self.step, found.rse)
         return found, pictures
+
+    def _check_numbers(self, finite: bool = True) -> None:
+        """Nothing is written of a training that has come to infinity."""
+        if not finite or not all(network.parameter.isfinite().all() for network in (self.network, self.mean)):
+            raise Stopped(f"the network of step {self.step} has weights or results that are not numbers; lower --rate")
 
     def _finish(self) -> None:
         found, pictures = self._judge(self.test)
@@ -311,6 +318,7 @@ class Trainer:
         return [self.settings.command(self.dataset.folders, 0), self.dataset.hash, self.processes.count]
 
     def _save_checkpoint(self) -> None:
+        self._check_numbers()
         buffer = io.BytesIO()
         state = {
             "identity": self._identity(),
