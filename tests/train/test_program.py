@@ -1,11 +1,13 @@
 """Programs that break the contract are refused; presets keep it; files hold what was put into them."""
 
 import os
+import subprocess
 import unittest
 from pathlib import Path
 
 import numpy as np
 import torch
+from made import ROOT
 
 from lightformer_train import families, network_file, program, weights
 
@@ -104,6 +106,21 @@ class Presets(unittest.TestCase):
     def test_unknown_parts_are_named(self):
         with self.assertRaisesRegex(ValueError, 'no part "ears"'):
             families.build("paper", frozenset(["ears"]))
+
+
+class Command(unittest.TestCase):
+    def test_errors_are_one_line(self):
+        command = [str(ROOT / "tools/train/program.py"), "structured-small"]
+        for arguments, status, word in (
+            (["--seed", "-1"], 2, "--seed"),
+            (["--without", "ears"], 2, "ears"),
+            (["-o", "/dev/full/x"], 1, "/dev/full/x: cannot be written"),
+            (["-o", "/dev"], 1, "/dev: cannot be written"),
+        ):
+            with self.subTest(word):
+                done = subprocess.run([*command, *arguments], capture_output=True, text=True, check=False)
+                self.assertEqual((done.returncode, done.stderr.count("\n")), (status, 1), done.stderr)
+                self.assertIn(word, done.stderr)
 
 
 class Files(unittest.TestCase):

@@ -6,10 +6,12 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 import unittest
 from pathlib import Path
 
 import numpy as np
+import torch
 from made import ROOT, dataset
 
 from lightformer_train import data, training, weights
@@ -35,6 +37,17 @@ def free_port() -> str:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return str(probe.getsockname()[1])
+
+
+def start_group(*commands: list[str]) -> list[subprocess.Popen]:
+    """The processes of one training, as torchrun starts them."""
+    count = str(len(commands))
+    shared = {"WORLD_SIZE": count, "LOCAL_WORLD_SIZE": count, "MASTER_ADDR": "127.0.0.1", "MASTER_PORT": free_port()}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return [
+        subprocess.Popen(command, env=os.environ | shared | {"RANK": str(rank), "LOCAL_RANK": str(rank)}, **pipes)
+        for rank, command in enumerate(commands)
+    ]
 
 
 def setUpModule() -> None:
@@ -180,14 +193,44 @@ class Commands(unittest.TestCase):
                 self.assertIn(word, done.stderr)
                 self.assertEqual(done.stderr.count("\n"), 1)
 
+    def test_bad_options_are_one_line(self):
+        cases = (("--seed", "-1"), ("--threads", "-3"), ("--steps", "0"), ("--rate", "nan"))
+        for option, value in (*cases, ("--minutes", "soon"), ("--batch", "1.5")):
+            with self.subTest(option=option, value=value):
+                done = run(str(SCRATCH / "data"), "-o", str(SCRATCH / "x.safetensors"), option, value)
+                self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+                self.assertIn(f"argument {option}", done.stderr)
+                self.assertIn(repr(value), done.stderr)
+
+    def test_a_killed_process_leaves_a_checkpoint(self):
+        """The second is killed after its third step; the first says so, and goes on from there when it is asked to."""
+        output = SCRATCH / "killed.safetensors"
+        arguments = [str(SCRATCH / "data"), "-o", str(output), "--steps", "6", "--batch", "1", "--held-out", "4"]
+        arguments += ["--threads", "1", "--processes", "2"]
+        mortal = (
+            "import os, runpy, signal; from lightformer_train.training import Trainer; "
+            "Trainer._note = lambda self: self.step == 3 and os.kill(os.getpid(), signal.SIGKILL); "
+            f"runpy.run_path({str(ROOT / 'tools/train/train.py')!r}, run_name='__main__')"
+        )
+        both = start_group([str(ROOT / "tools/train/train.py"), *arguments], [sys.executable, "-c", mortal, *arguments])
+        said = [process.communicate()[1] for process in both][0]
+        self.assertEqual([process.returncode for process in both], [1, -signal.SIGKILL], said)
+        self.assertEqual(said, "train: another process of the training has ended at step 3; --resume goes on\n")
+        self.assertEqual(torch.load(output.with_suffix(".checkpoint"))["step"], 3)
+        whole = output.with_name("unkilled.safetensors")
+        for done in (
+            run(*arguments, "--resume"),
+            run(*(str(whole) if word == str(output) else word for word in arguments)),
+        ):
+            self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(output.read_bytes(), whole.read_bytes())
+
     def test_two_processes_train_one_network(self):
         """As torchrun starts them; only the first writes."""
         output = SCRATCH / "two.safetensors"
         arguments = (str(SCRATCH / "data"), "-o", str(output), "--steps", "4", "--batch", "1", "--held-out", "4")
         command = [str(ROOT / "tools/train/train.py"), *arguments, "--threads", "1"]
-        shared = {"WORLD_SIZE": "2", "LOCAL_WORLD_SIZE": "2", "MASTER_ADDR": "127.0.0.1", "MASTER_PORT": free_port()}
-        ranks = [os.environ | shared | {"RANK": str(rank), "LOCAL_RANK": str(rank)} for rank in range(2)]
-        both = [subprocess.Popen(command, env=rank, stdout=subprocess.PIPE, text=True) for rank in ranks]
+        both = start_group(command, command)
         said = [process.communicate()[0] for process in both]
         self.assertEqual([process.returncode for process in both], [0, 0])
         self.assertIn("step 4", said[0])

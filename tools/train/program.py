@@ -13,16 +13,17 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from lightformer_train import families, program  # noqa: E402
+from lightformer_train.arguments import SEEDS, Parser, whole  # noqa: E402
 
 
 def main() -> int:
     """The command."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("preset", nargs="?", choices=families.PRESETS)
     parser.add_argument("--without", nargs="+", default=[], metavar="PART", help="leave parts out")
     parser.add_argument("--json", action="store_true", help="print the program itself")
     parser.add_argument("-o", "--output", type=Path, help="write the network with random weights")
-    parser.add_argument("--seed", type=int, default=0, help="of the weights (default 0)")
+    parser.add_argument("--seed", type=whole(0, SEEDS - 1), default=0, help="of the weights (default 0)")
     arguments = parser.parse_args()
     if arguments.preset is None:
         for name, preset in families.PRESETS.items():
@@ -38,8 +39,12 @@ def main() -> int:
         print(json.dumps(operations, indent=1))
     else:
         print(describe(arguments.preset, program.check(operations)))
-    if arguments.output:
-        write_random(arguments.preset, without, arguments.seed, arguments.output)
+    try:
+        if arguments.output:
+            write_random(arguments.preset, without, arguments.seed, arguments.output)
+    except (ModuleNotFoundError, ValueError) as error:  # no PyTorch; a file that cannot be written
+        print(f"program: {error}", file=sys.stderr)
+        return 1
     return 0
 
 

@@ -24,6 +24,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 try:
     from lightformer_train import families, program, weights
+    from lightformer_train.arguments import SEEDS, Parser, positive, whole
     from lightformer_train.data import Dataset, required_inputs
     from lightformer_train.training import Settings, Stopped, Trainer
 except ModuleNotFoundError as missing:
@@ -34,38 +35,27 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def parse() -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("data", nargs="+", type=Path, metavar="DATA", help="folder of a data set")
     add("-o", "--output", type=Path, required=True, metavar="OUT.safetensors")
     add("--preset", default="structured-small", choices=families.PRESETS)
     add("--without", nargs="+", default=[], metavar="PART", help="parts to leave out; program.py PRESET lists them")
     length = parser.add_mutually_exclusive_group()
-    length.add_argument("--minutes", type=_positive(float), default=Settings.minutes, help="default %(default)s")
-    length.add_argument("--steps", type=_positive(int), default=Settings.steps, help="instead of minutes")
+    length.add_argument("--minutes", type=positive, default=Settings.minutes, help="default %(default)s")
+    length.add_argument("--steps", type=whole(1), default=Settings.steps, help="instead of minutes")
     add("--resume", action="store_true", help="go on from the checkpoint, to its last step")
-    add("--batch", type=_positive(int), default=Settings.batch, help="crops of a process's step (default %(default)s)")
-    add("--processes", type=_positive(int), default=Settings.processes, help="default %(default)s")
-    add("--rate", type=_positive(float), default=Settings.rate, help="of learning, at first (default %(default)s)")
-    add("--seed", type=int, default=Settings.seed)
-    add("--held-out", type=_positive(int), default=Settings.held_out, help="crops to judge by (default %(default)s)")
+    add("--batch", type=whole(1), default=Settings.batch, help="crops of a process's step (default %(default)s)")
+    add("--processes", type=whole(1, 1024), default=Settings.processes, help="default %(default)s")
+    add("--rate", type=positive, default=Settings.rate, help="of learning, at first (default %(default)s)")
+    add("--seed", type=whole(0, SEEDS - 1), default=Settings.seed)
+    add("--held-out", type=whole(1), default=Settings.held_out, help="crops to judge by (default %(default)s)")
     add("--precision", default=Settings.precision, choices=("auto", "fp32", "bf16"), help="of products")
     add("--perceptual", default=Settings.perceptual, choices=("differences", "vgg"), help="term of eq. 8")
-    add("--vpls", type=_positive(int), default=Settings.vpls, help="of a light in a step (default %(default)s)")
-    add("--texels", type=_positive(int), default=Settings.texels, help="of a light in a step (default %(default)s)")
-    add("--threads", type=int, default=Settings.threads, help="of a process; default: all cores")
+    add("--vpls", type=whole(1), default=Settings.vpls, help="of a light in a step (default %(default)s)")
+    add("--texels", type=whole(1), default=Settings.texels, help="of a light in a step (default %(default)s)")
+    add("--threads", type=whole(0, 1024), default=Settings.threads, help="of a process; default: all cores")
     return parser.parse_args()
-
-
-def _positive(kind: type) -> type:
-    def number(text: str) -> float:
-        value = kind(text)
-        if not 0 < value < 1e9:
-            raise ValueError
-        return value
-
-    number.__name__ = f"positive {kind.__name__}"
-    return number
 
 
 @contextmanager
@@ -114,6 +104,8 @@ def main() -> int:
         if os.environ.get("RANK", "0") == "0":
             print(f"train: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:  # before the first step; later ones end with a checkpoint
+        return 130
     return 0
 
 

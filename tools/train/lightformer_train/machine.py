@@ -2,6 +2,8 @@
 
 import ctypes
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import torch
@@ -10,6 +12,19 @@ from torch import Tensor
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of malloc.h
 LARGEST_BLOCK = 1 << 30
+
+
+class Lost(RuntimeError):
+    """A process of the training is not there any more; the message says so."""
+
+
+@contextmanager
+def _together() -> Iterator[None]:
+    """What all processes do together: where one is missing, the others learn it here."""
+    try:
+        yield
+    except RuntimeError:
+        raise Lost("another process of the training has ended") from None
 
 
 class Processes:
@@ -23,7 +38,8 @@ class Processes:
         if torch.cuda.is_available():
             self.device = torch.device("cuda", int(os.environ.get("LOCAL_RANK", 0)))
         if self.count > 1 and not distributed.is_initialized():
-            distributed.init_process_group("nccl" if self.device.type == "cuda" else "gloo")
+            with _together():
+                distributed.init_process_group("nccl" if self.device.type == "cuda" else "gloo")
 
     @property
     def first(self) -> bool:
@@ -31,21 +47,23 @@ class Processes:
         return self.rank == 0
 
     def average(self, tensors: list[Tensor]) -> None:
-        """Over all processes, in place."""
+        """Over all processes, in place. Lost: nothing is changed."""
         if self.count == 1:
             return
         flat = torch.cat([x.flatten() for x in tensors])
-        distributed.all_reduce(flat)
+        with _together():
+            distributed.all_reduce(flat)
         flat /= self.count
         for x, part in zip(tensors, flat.split([x.numel() for x in tensors])):
             x.copy_(part.view_as(x))
 
     def agree(self, number: int) -> int:
-        """The first process's number."""
+        """The first process's number. Lost as above."""
         if self.count == 1:
             return number
         shared = torch.tensor([number], device=self.device)
-        distributed.broadcast(shared, 0)
+        with _together():
+            distributed.broadcast(shared, 0)
         return int(shared)
 
     def finish(self) -> None:

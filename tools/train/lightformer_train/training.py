@@ -16,6 +16,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import torch
@@ -155,10 +156,13 @@ class Trainer:
     # ---- learning
 
     def run(self) -> None:
-        """All steps that are left; then the network, judged, and the report. Stopped if SIGINT or SIGTERM came."""
+        """All steps that are left; then the network, judged, and the report. Stopped, with a checkpoint, if SIGINT or
+        SIGTERM came or another process has ended."""
         before = {number: signal.signal(number, self._interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
         try:
             self._run_steps()
+        except machine.Lost as lost:  # before the step changed anything
+            self._stop("interrupted" if self.interrupted else str(lost))
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
@@ -182,11 +186,17 @@ class Trainer:
             self._note()
             if self.processes.first and speak():
                 print(self._progress(), flush=True)
-            if self.processes.first and (save() or self.interrupted):
-                self._save_checkpoint()
             if self.interrupted:
-                raise Stopped(f"interrupted at step {self.step}; --resume goes on")
+                self._stop("interrupted")
+            if self.processes.first and save():
+                self._save_checkpoint()
             begun = time.monotonic()
+
+    def _stop(self, why: str) -> NoReturn:
+        """Between steps."""
+        if self.processes.first:
+            self._save_checkpoint()
+        raise Stopped(f"{why} at step {self.step}; --resume goes on")
 
     def _steps(self) -> Iterator[Batch]:
         def numbers() -> Iterator[int]:

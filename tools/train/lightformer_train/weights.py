@@ -6,6 +6,8 @@ The hash is that of engine/base/hash.h over the file with the hash's own sixteen
 import json
 import os
 import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +22,7 @@ MASK = (1 << 64) - 1
 
 
 class FileError(ValueError):
-    """A file that is not what it should be; the message names it."""
+    """A file that is not what it should be, or cannot be written; the message names it."""
 
 
 def hash_bytes(data: bytes) -> int:
@@ -43,16 +45,26 @@ def _combine(seed: int, value: int) -> int:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Whole or not at all."""
-    beside = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
+    """Whole or not at all; then FileError."""
+    with _beside(path) as beside:
         with open(beside, "wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
+
+
+@contextmanager
+def _beside(path: Path) -> Iterator[Path]:
+    """The name of a file to write in place of another, which is gone afterwards. FileError for what the system says."""
+    beside = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        try:
+            yield beside
+        finally:
+            beside.unlink(missing_ok=True)
+    except OSError as error:
+        raise FileError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 def write(path: Path, tensors: dict[str, np.ndarray], notes: dict[str, str]) -> None:
