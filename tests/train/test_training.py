@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import resource
 import signal
 import socket
 import subprocess
@@ -113,7 +114,7 @@ class Training(unittest.TestCase):
             broken._save_checkpoint()
         with self.assertRaisesRegex(Stopped, "loss of step 0 is not a number"):
             broken.run()
-        self.assertEqual(list(SCRATCH.glob("far.*")), [])
+        self.assertFalse((SCRATCH / "far.safetensors").exists() or (SCRATCH / "far.html").exists())
 
     def test_a_checkpoint_of_other_settings_is_refused(self):
         one = trainer("other")
@@ -123,6 +124,43 @@ class Training(unittest.TestCase):
         (SCRATCH / "other.checkpoint").write_bytes(b"no")
         with self.assertRaisesRegex(Stopped, "not a checkpoint"):
             one.resume()
+
+
+    def test_where_nothing_can_be_written_is_known_before_the_first_step(self):
+        folder = SCRATCH / "folder.safetensors"
+        folder.mkdir(exist_ok=True)
+        for name, beside in (("folder", ""), ("missing/x", ""), ("blocked", ".checkpoint"), ("blocked", ".html")):
+            taken = SCRATCH / f"blocked{beside}"
+            if beside:
+                taken.mkdir()
+            with self.subTest(name, beside=beside), self.assertRaisesRegex(weights.FileError, f"{name}{beside}"):
+                trainer(name)
+            if beside:
+                taken.rmdir()
+        with self.assertRaisesRegex(Stopped, "beside the network"):
+            Trainer(SETTINGS, Dataset([SCRATCH / "data"]), SCRATCH / "same.html", ROOT)
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))  # the system refuses as it does on a full disk
+        try:
+            with self.assertRaisesRegex(weights.FileError, "full.safetensors: cannot be written"):
+                trainer("full")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        self.assertEqual([path.name for path in SCRATCH.glob("*.part")], [])
+
+    def test_what_fails_at_the_end_goes_on_from_there(self):
+        late = trainer("late", steps=3)
+        late._decide_total = lambda: late.output.mkdir(exist_ok=True)
+        with self.assertRaisesRegex(weights.FileError, "late.safetensors: cannot be written"):
+            late.run()
+        late.output.rmdir()
+        again = trainer("late", steps=3)
+        again.resume()
+        self.assertEqual(again.step, 3)
+        again.run()
+        trainer("early", steps=3).run()
+        same = [(SCRATCH / f"{name}.safetensors").read_bytes() for name in ("late", "early")]
+        self.assertEqual(same[0], same[1])
 
 
 class Data(unittest.TestCase):

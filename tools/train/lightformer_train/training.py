@@ -36,6 +36,7 @@ NOTED = 200  # points of a curve of losses
 JUDGED = 10  # times, with so many crops until the last:
 JUDGED_CROPS = 32
 SHOWN_CROPS = 6
+WRITTEN = 5 * 4  # bytes a parameter: weights, mean and Adam's two in a checkpoint, and the network
 CHECKPOINT_SECONDS = 120.0
 PROGRESS_SECONDS = 10.0
 
@@ -116,6 +117,8 @@ class Trainer:
         torch.manual_seed(settings.seed)
         self.network, self.mean = (self._create() for _ in range(2))
         self.mean.load_state_dict(self.network.state_dict())
+        if self.processes.first:
+            self._check_targets()
         self.optimizer = torch.optim.Adam(self.network.parameters(), lr=settings.rate)
         names = data.required_inputs(self.network.checked)
         self.options = data.Options(settings.vpls, settings.texels, names=names)
@@ -131,6 +134,14 @@ class Trainer:
     def _create(self) -> Network:
         precision = machine.precision(self.settings.precision, self.device)
         return network_file.create(self.settings.preset, self.settings.without, precision).to(self.device)
+
+    def _check_targets(self) -> None:
+        """Now, not after hours."""
+        weights.check_target(self.output, WRITTEN * self.network.checked.parameters)
+        for beside in (self._checkpoint, self._report):
+            if beside == self.output:
+                raise Stopped(f"{self.output}: is the name of a file beside the network; name that .safetensors")
+            weights.check_target(beside, 0)
 
     def _perceptual(self, root: Path) -> Callable[[torch.Tensor, torch.Tensor], torch.Tensor]:
         if self.settings.perceptual == "differences":
@@ -167,6 +178,7 @@ class Trainer:
             for number, handler in before.items():
                 signal.signal(number, handler)
         if self.processes.first:
+            self._save_checkpoint()  # should judging or writing fail
             self._finish()
         self.processes.finish()
 
@@ -303,20 +315,26 @@ class Trainer:
             found,
             pictures[:: max(1, len(pictures) // SHOWN_CROPS)],
         )
-        weights.write_atomically(self.output.with_suffix(".html"), text.encode())
+        weights.write_atomically(self._report, text.encode())
         self._checkpoint.unlink(missing_ok=True)
 
     def _facts(self, command: str) -> dict[str, str]:
         checked, cost = self.network.checked, program.cost(self.network.checked)
-        speed = 1 / statistics.fmean(self.seconds) if self.seconds else math.nan
+        speed = 1 / statistics.fmean(self.seconds) if self.seconds else 0.0
         return {
             "command": command,
             "data": f"{len(self.learn)} crops to learn from, {len(self.test)} held out, hash {self.dataset.hash}",
             "network": f"{checked.parameters} parameters, {cost.per_pixel(2):.0f} multiply-adds a pixel with 2 lights",
-            "speed": f"{speed:.2f} steps/s, {self.flops * speed / 1e9:.0f} GFLOP/s in matrix products",
+            "speed": f"{speed:.2f} steps/s, {self.flops * speed / 1e9:.0f} GFLOP/s in matrix products"
+            if self.seconds
+            else "no step was left",
             "machine": f"{self.device}, {self.threads} threads, {self.processes.count} processes",
             "products in": str(self.network.precision).removeprefix("torch."),
         }
+
+    @property
+    def _report(self) -> Path:
+        return self.output.with_suffix(".html")
 
     # ---- checkpoints
 

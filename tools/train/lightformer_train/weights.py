@@ -47,11 +47,24 @@ def _combine(seed: int, value: int) -> int:
 def write_atomically(path: Path, data: bytes) -> None:
     """Whole or not at all; then FileError."""
     with _beside(path) as beside:
-        with open(beside, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
+        _write_through(beside, data)
         os.replace(beside, path)
+
+
+def check_target(path: Path, size: int) -> None:
+    """FileError if no file of so many bytes can be written there; what is there stays as it is."""
+    if path.is_dir():
+        raise FileError(f"{path}: is a folder; the name of a file is needed")
+    with _beside(path) as beside:
+        _write_through(beside, bytes(size))
+
+
+def _write_through(path: Path, data: bytes) -> None:
+    """To the disk, so that a full one is noticed."""
+    with open(path, "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 @contextmanager
