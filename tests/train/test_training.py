@@ -1,5 +1,6 @@
 """A training in seconds: the loss falls, repeating gives the same bytes, a resumed run equals an uninterrupted one."""
 
+import io
 import json
 import math
 import os
@@ -9,6 +10,7 @@ import socket
 import subprocess
 import sys
 import unittest
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import numpy as np
@@ -161,6 +163,17 @@ class Training(unittest.TestCase):
         trainer("early", steps=3).run()
         same = [(SCRATCH / f"{name}.safetensors").read_bytes() for name in ("late", "early")]
         self.assertEqual(same[0], same[1])
+
+    def test_at_most_half_is_held_out_and_it_is_said(self):
+        said = io.StringIO()
+        with redirect_stdout(said):
+            many = trainer("many", held_out=1000)
+        self.assertEqual(said.getvalue(), "12 of 24 crops are held out, not 1000: at most half are\n")
+        self.assertEqual((len(many.learn), len(many.test)), (12, 12))
+        self.assertIn("--held-out 12", many.settings.command([], 1))
+        single = Dataset([dataset(SCRATCH / "single", samples=1)])
+        with self.assertRaisesRegex(Stopped, "two samples"):
+            Trainer(SETTINGS, single, SCRATCH / "single.safetensors", ROOT)
 
 
 class Data(unittest.TestCase):

@@ -112,8 +112,11 @@ class Trainer:
         self.device = self.processes.device
         self.threads = machine.set_threads(settings.threads, self.processes)
         machine.keep_memory()
-        self.settings, self.dataset, self.output = settings, dataset, output
+        self.dataset, self.output = dataset, output
+        self.settings = settings = replace(settings, held_out=self._held_out(settings.held_out))
         self.learn, self.test = dataset.split(settings.held_out)
+        if not self.learn:
+            raise Stopped(f"{dataset.folders[0]}: two samples with a light are needed, to learn from and to judge by")
         torch.manual_seed(settings.seed)
         self.network, self.mean = (self._create() for _ in range(2))
         self.mean.load_state_dict(self.network.state_dict())
@@ -130,6 +133,15 @@ class Trainer:
         self.interrupted = False
         self.terms: list[dict[str, float]] = []  # since the last point of the curves
         self.recent = deque(maxlen=100)  # losses and seconds of steps, for the line of progress
+
+    def _held_out(self, wanted: int) -> int:
+        """At most half of the crops. Fewer than wanted are said and recorded, not refused: the usual number is more
+        than a small data set has."""
+        crops = len(self.dataset.crops)
+        count = min(wanted, crops // 2)
+        if count < wanted and self.processes.first:
+            print(f"{count} of {crops} crops are held out, not {wanted}: at most half are", flush=True)
+        return count
 
     def _create(self) -> Network:
         precision = machine.precision(self.settings.precision, self.device)
