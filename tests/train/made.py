@@ -14,6 +14,7 @@ from lightformer_train import weights  # noqa: E402
 from lightformer_train.network import Lights  # noqa: E402
 from lightformer_train.program import INPUTS, INPUTS_VERSION  # noqa: E402
 
+SETTINGS = {"format": INPUTS_VERSION, "scene": "made.glb", "depth": "0", "vpls": "24", "camera": "", "time": "0"}
 UNIT_VECTORS = {name for name in INPUTS if name.rpartition(".")[2] in ("normal", "direction", "view")}
 
 
@@ -84,7 +85,7 @@ def truth(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {"target.unshadowed": unshadowed, "target.shadow": ratio, "target.indirect": indirect}
 
 
-def dataset(folder: Path, samples: int = 12, crops: int = 2, size: int = 24, lights: int = 2) -> Path:
+def dataset(folder: Path, samples: int = 12, crops: int = 2, size: int = 24, lights: int = 2, spp: int = 8) -> Path:
     """A data set as `lightformer dataset` lays it out."""
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(1)
@@ -103,5 +104,7 @@ def dataset(folder: Path, samples: int = 12, crops: int = 2, size: int = 24, lig
             tensors[f"{seed}/{name}"] = np.stack([truth(crop)[name] for crop in whole]).astype(np.float32)
     file = f"shard-{0:010d}-{samples - 1:010d}.safetensors"
     weights.write(folder / file, tensors, {"format": "1"})
-    (folder / "manifest.json").write_text(json.dumps({"settings": {"format": INPUTS_VERSION}, "shards": [{"file": file}]}))
+    shard = {"file": file, "first_seed": 0, "samples": samples}
+    settings = SETTINGS | {"size": str(size), "crop": str(size), "crops": str(crops), "spp": str(spp)}
+    (folder / "manifest.json").write_text(json.dumps({"settings": settings, "shards": [shard]}))
     return folder

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import unittest
 from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +67,12 @@ class Training(unittest.TestCase):
         _, notes = weights.read(SCRATCH / "whole.safetensors")
         self.assertIn("--steps 70", notes["training"])
         self.assertEqual(notes["dataset"], Dataset([SCRATCH / "data"]).hash)
-        self.assertEqual(set(json.loads(notes["quality"])["rse"]), {"unshadowed", "direct", "indirect", "total"})
+        judged = json.loads(notes["quality"])
+        self.assertEqual(set(judged["rse"]), {"unshadowed", "direct", "indirect", "total"})
+        self.assertEqual((judged["crops"], judged["samples_per_pixel"]), (4, 8))
+        command = [os.environ["LIGHTFORMER"], "net", str(SCRATCH / "whole.safetensors")]
+        shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        self.assertIn(notes["quality"], shown)
         page = (SCRATCH / "whole.html").read_text(encoding="utf-8")
         self.assertIn("polyline", page)
         self.assertIn("data:image/png", page)
@@ -164,6 +170,7 @@ class Training(unittest.TestCase):
         same = [(SCRATCH / f"{name}.safetensors").read_bytes() for name in ("late", "early")]
         self.assertEqual(same[0], same[1])
 
+
     def test_at_most_half_is_held_out_and_it_is_said(self):
         said = io.StringIO()
         with redirect_stdout(said):
@@ -174,6 +181,15 @@ class Training(unittest.TestCase):
         single = Dataset([dataset(SCRATCH / "single", samples=1)])
         with self.assertRaisesRegex(Stopped, "two samples"):
             Trainer(SETTINGS, single, SCRATCH / "single.safetensors", ROOT)
+
+    def test_the_noisiest_data_set_is_named(self):
+        noisy = dataset(SCRATCH / "noisy", spp=2)
+        both = Trainer(
+            replace(SETTINGS, steps=1), Dataset([SCRATCH / "data", noisy]), SCRATCH / "both.safetensors", ROOT
+        )
+        both.run()
+        _, notes = weights.read(SCRATCH / "both.safetensors")
+        self.assertEqual(json.loads(notes["quality"])["samples_per_pixel"], 2)
 
 
 class Data(unittest.TestCase):
@@ -307,7 +323,9 @@ class Commands(unittest.TestCase):
         kept = {name: x for name, x in tensors.items() if "view.bounce" not in name}
         weights.write(folder / "shard.safetensors", kept, {})
         for version, expected in ((INPUTS_VERSION, "view.bounce"), ("1", "version 1, not")):
-            content = {"settings": {"format": version}, "shards": [{"file": "shard.safetensors"}]}
+            content = json.loads((SCRATCH / "data/manifest.json").read_text())
+            content["settings"]["format"] = version
+            content["shards"][0]["file"] = "shard.safetensors"
             (folder / "manifest.json").write_text(json.dumps(content))
             with self.assertRaisesRegex(weights.FileError, expected):
                 Dataset([folder])

@@ -5,7 +5,6 @@ Shards are mapped into memory; of the rows (direct VPLs, RSM texels) each batch 
 mean is right on average.
 """
 
-import json
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -16,7 +15,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from . import weights
+from . import manifest, weights
+from .manifest import Manifest
 from .network import Lights
 from .program import INPUTS, INPUTS_VERSION, PICTURES, ROWS, Checked
 
@@ -82,31 +82,27 @@ class Dataset:
 
     folders: list[Path]
     names: frozenset[str] = frozenset(INPUTS)  # inputs that every sample must have
+    manifests: list[Manifest] = field(default_factory=list)
     shards: list[dict[str, np.ndarray]] = field(default_factory=list)
     crops: list[Crop] = field(default_factory=list)
     hash: str = ""
 
     def __post_init__(self) -> None:
-        manifests = b""
         for folder in self.folders:
-            manifest = folder / "manifest.json"
-            try:
-                text = manifest.read_bytes()
-                content = json.loads(text)
-                names, version = [shard["file"] for shard in content["shards"]], content["settings"]["format"]
-            except (OSError, ValueError, KeyError, TypeError) as error:
-                raise weights.FileError(f"{manifest}: not the manifest of a data set ({error})") from None
+            found = manifest.read(folder)
+            version = found.settings["format"]
             if version != INPUTS_VERSION:
                 raise weights.FileError(
                     f"{folder}: its inputs are of version {version}, not {INPUTS_VERSION}; "
                     "make it anew (lightformer dataset --targets keeps what was traced)"
                 )
-            manifests += text
-            for name in names:
-                self._add(folder / name)
+            self.manifests.append(found)
+            for shard in found.shards:
+                self._add(folder / shard.file)
         if not self.crops:
             raise weights.FileError(f"{', '.join(map(str, self.folders))}: no sample with a light")
-        self.hash = f"{weights.hash_bytes(manifests):016x}"
+        texts = b"".join(found.text for found in self.manifests)
+        self.hash = f"{weights.hash_bytes(texts):016x}"
 
     def _add(self, path: Path) -> None:
         tensors, _ = weights.map_tensors(path)

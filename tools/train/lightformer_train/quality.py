@@ -21,11 +21,13 @@ class Pictures:
 
 @dataclass
 class Quality:
-    """Means over crops. RSE as in lightformer/metrics: divided by the mean of the crop's reference."""
+    """Means over crops. RSE as in lightformer/metrics: divided by the mean of the crop's reference, whose noise is part
+    of the error."""
 
     rse: dict[str, float]
     mean_ratio: dict[str, float]  # mean of ours / mean of the reference
     crops: int
+    samples_per_pixel: int  # of the reference
 
     def __str__(self) -> str:
         parts = (f"{name} {self.rse[name]:.4f} (mean {self.mean_ratio[name]:.3f})" for name in self.rse)
@@ -38,7 +40,10 @@ class Quality:
     def as_json(self) -> dict:
         """For a file's metadata."""
         rounded = ({name: round(x, 5) for name, x in values.items()} for values in (self.rse, self.mean_ratio))
-        return dict(zip(("rse", "mean_ratio"), rounded)) | {"crops": self.crops}
+        return dict(zip(("rse", "mean_ratio"), rounded)) | {
+            "crops": self.crops,
+            "samples_per_pixel": self.samples_per_pixel,
+        }
 
 
 def relative_squared_error(ours: Tensor, reference: Tensor) -> Tensor:
@@ -47,8 +52,8 @@ def relative_squared_error(ours: Tensor, reference: Tensor) -> Tensor:
 
 
 @torch.no_grad()
-def judge(network: Network, batches: Iterable[Batch]) -> tuple[Quality, list[Pictures]]:
-    """Of all crops of some batches."""
+def judge(network: Network, batches: Iterable[Batch], samples_per_pixel: int) -> tuple[Quality, list[Pictures]]:
+    """Of all crops of some batches, whose reference has so many samples a pixel."""
     pictures = [picture for batch in batches for picture in _pictures(network, batch)]
     names = list(pictures[0].ours)
     rse, ratio = {}, {}
@@ -60,7 +65,7 @@ def judge(network: Network, batches: Iterable[Batch]) -> tuple[Quality, list[Pic
             sum(p.ours[name].mean() for p in pictures)
             / sum(p.reference[name].mean() for p in pictures).clamp_min(1e-12)
         )
-    return Quality(rse, ratio, len(pictures)), pictures
+    return Quality(rse, ratio, len(pictures), samples_per_pixel), pictures
 
 
 def _pictures(network: Network, batch: Batch) -> list[Pictures]:

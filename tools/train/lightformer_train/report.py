@@ -54,7 +54,8 @@ def page(title: str, facts: dict[str, str], history: History, quality: Quality, 
         f"<style>{STYLE}</style>"
         f"<h1>{html.escape(title)}</h1><table>{rows}</table>"
         f"<h2>Held-out crops</h2><table><tr><th>component</th><th>RSE</th><th>mean ratio</th></tr>{figures}</table>"
-        f"<p>Radiance is divided by the mean of each crop's reference, also that of its components.</p>"
+        f"<p>Radiance is divided by the mean of each crop's reference, also that of its components. References have "
+        f"{quality.samples_per_pixel} samples a pixel, whose noise is part of the RSE.</p>"
         f"<h2>Loss, by term</h2>{chart(history.loss)}<h2>RSE of held-out crops</h2>{chart(history.rse)}"
         f"<h2>Pictures</h2>{''.join(_crop(p) for p in pictures)}</html>\n"
     )

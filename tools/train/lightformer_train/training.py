@@ -40,7 +40,6 @@ WRITTEN = 5 * 4  # bytes a parameter: weights, mean and Adam's two in a checkpoi
 CHECKPOINT_SECONDS = 120.0
 PROGRESS_SECONDS = 10.0
 
-
 # Settings that decide the result, beside preset, parts and steps.
 REPEATED = (
     "batch",
@@ -302,7 +301,9 @@ class Trainer:
         return text
 
     def _judge(self, crops: list[Crop]) -> tuple[quality.Quality, list[quality.Pictures]]:
-        found, pictures = quality.judge(self.mean, self._batches(crops, replace(self.options, vpls=500, texels=8192)))
+        batches = self._batches(crops, replace(self.options, vpls=500, texels=8192))
+        samples = min(found.samples_per_pixel for found in self.dataset.manifests)
+        found, pictures = quality.judge(self.mean, batches, samples)
         self._check_numbers(found.is_finite())
         History.note(self.history.rse, self.step, found.rse)
         return found, pictures
@@ -317,7 +318,11 @@ class Trainer:
         print(f"step {self.step}: {found}", flush=True)
         command = self.settings.command(self.dataset.folders, self.step)
         description = network_file.Description(
-            self.settings.preset, self.settings.without, command, self.dataset.hash, found.as_json()
+            self.settings.preset,
+            self.settings.without,
+            command,
+            self.dataset.hash,
+            found.as_json(),
         )
         network_file.save(self.output, self.mean, description.notes())
         text = page(
