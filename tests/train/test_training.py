@@ -5,6 +5,7 @@ import json
 import math
 import os
 import resource
+import shlex
 import signal
 import socket
 import subprocess
@@ -17,8 +18,9 @@ from pathlib import Path
 import numpy as np
 import torch
 from made import ROOT, dataset
+from made import SETTINGS as SETTINGS_OF_DATA
 
-from lightformer_train import data, training, weights
+from lightformer_train import data, manifest, training, weights
 from lightformer_train.data import Dataset, Options
 from lightformer_train.program import INPUTS, INPUTS_VERSION
 from lightformer_train.training import Settings, Stopped, Trainer
@@ -70,9 +72,12 @@ class Training(unittest.TestCase):
         judged = json.loads(notes["quality"])
         self.assertEqual(set(judged["rse"]), {"unshadowed", "direct", "indirect", "total"})
         self.assertEqual((judged["crops"], judged["samples_per_pixel"]), (4, 8))
+        made_by = "lightformer dataset made.glb -o data --seed 0 --count 12 --size 24 --crop 24 --crops 2 --spp 8"
+        self.assertEqual(notes["data"], f"{made_by} --depth 0 --vpls 24 --time 0 --shard 24")
         command = [os.environ["LIGHTFORMER"], "net", str(SCRATCH / "whole.safetensors")]
         shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        self.assertIn(notes["quality"], shown)
+        for name in ("training", "data", "quality"):
+            self.assertIn(notes[name], shown)
         page = (SCRATCH / "whole.html").read_text(encoding="utf-8")
         self.assertIn("polyline", page)
         self.assertIn("data:image/png", page)
@@ -171,6 +176,16 @@ class Training(unittest.TestCase):
         self.assertEqual(same[0], same[1])
 
 
+    def test_the_recorded_command_gives_the_same_bytes(self):
+        """Pasted in a folder where the data are, whatever the places and the output were called."""
+        trainer("recorded", steps=2, held_out=1000).run()
+        recorded = (SCRATCH / "recorded.safetensors").read_bytes()
+        words = shlex.split(weights.read(SCRATCH / "recorded.safetensors")[1]["training"])
+        elsewhere = SCRATCH / "elsewhere"
+        dataset(elsewhere / "data")
+        subprocess.run([str(ROOT / words[0]), *words[1:]], cwd=elsewhere, check=True, stdout=subprocess.DEVNULL)
+        self.assertEqual((elsewhere / "OUT.safetensors").read_bytes(), recorded)
+
     def test_at_most_half_is_held_out_and_it_is_said(self):
         said = io.StringIO()
         with redirect_stdout(said):
@@ -190,6 +205,46 @@ class Training(unittest.TestCase):
         both.run()
         _, notes = weights.read(SCRATCH / "both.safetensors")
         self.assertEqual(json.loads(notes["quality"])["samples_per_pixel"], 2)
+        self.assertRegex(notes["data"], "-o data .* --spp 8 .* && lightformer dataset made.glb -o noisy .* --spp 2 ")
+
+
+class Manifests(unittest.TestCase):
+    def command(self, *shards: tuple[int, int], **settings: str) -> str:
+        """Of shards with so many samples from a seed."""
+        folder = SCRATCH / "listed"
+        folder.mkdir(exist_ok=True)
+        content = {
+            "settings": SETTINGS_OF_DATA | {"size": "64", "crop": "32", "crops": "4", "spp": "1"} | settings,
+            "shards": [{"file": "x", "first_seed": first, "samples": samples} for first, samples in shards],
+        }
+        (folder / "manifest.json").write_text(json.dumps(content))
+        return manifest.read(folder).command()
+
+    def test_shards_are_cut_as_they_were(self):
+        for shards, size in (
+            ([(0, 16), (16, 16), (32, 3)], 16),
+            ([(5, 3), (8, 2)], 4),
+            ([(7, 1), (8, 8), (16, 2)], 8),
+            ([(900001, 2)], 3),
+        ):
+            with self.subTest(shards=shards):
+                self.assertIn(f"--shard {4 * size}", self.command(*shards))
+
+    def test_gaps_are_ranges_of_their_own(self):
+        first, second = self.command((8, 8), (0, 8), (32, 8)).split(" && ")
+        self.assertIn("--seed 0 --count 16 ", first)
+        self.assertIn("--seed 32 --count 8 ", second)
+
+    def test_a_camera_is_named_where_one_was(self):
+        self.assertIn("--camera 'the left one'", self.command((0, 1), camera="the left one"))
+        self.assertNotIn("--camera", self.command((0, 1)))
+
+    def test_what_is_none_is_refused(self):
+        for wrong in ({"spp": "many"}, {"spp": "0"}):
+            with self.assertRaisesRegex(weights.FileError, "not the manifest"):
+                self.command((0, 1), **wrong)
+        with self.assertRaisesRegex(weights.FileError, "not the manifest"):
+            self.command((0, 0))
 
 
 class Data(unittest.TestCase):

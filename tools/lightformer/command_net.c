@@ -213,7 +213,7 @@ static ng_result print_plan(const struct net *n, const struct lf_net *net)
 
 // ---- What it is
 
-static const char *const notes[] = {"family", "preset", "training", "dataset", "quality"};
+static const char *const notes[] = {"family", "preset", "training", "data", "dataset", "quality"};
 
 static void print_table(const struct net *n, const struct lf_net *net)
 {

@@ -21,6 +21,7 @@ class Description:
     preset: str = ""
     without: frozenset[str] = frozenset()
     training: str = ""  # the command
+    data: str = ""  # the commands that made its data sets
     dataset: str = ""  # hash of its manifest
     quality: dict = field(default_factory=dict)
 
@@ -30,6 +31,7 @@ class Description:
             "family": families.PRESETS[self.preset].family,
             "preset": self.preset + "".join(f" without {part}" for part in sorted(self.without)),
             "training": self.training,
+            "data": self.data,
             "dataset": self.dataset,
             "quality": json.dumps(self.quality),
         }

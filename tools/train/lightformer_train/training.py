@@ -40,6 +40,8 @@ WRITTEN = 5 * 4  # bytes a parameter: weights, mean and Adam's two in a checkpoi
 CHECKPOINT_SECONDS = 120.0
 PROGRESS_SECONDS = 10.0
 
+OUTPUT = "OUT.safetensors"  # of a recorded command
+
 # Settings that decide the result, beside preset, parts and steps.
 REPEATED = (
     "batch",
@@ -79,8 +81,9 @@ class Settings:
     threads: int = 0  # 0: all
 
     def command(self, folders: list[Path], steps: int) -> str:
-        """What repeats it."""
-        words = ["tools/train/train.py", *(folder.name for folder in folders), "--preset", self.preset]
+        """What repeats it, where the data are; it does not depend on where that is, or on the output's name."""
+        words = ["tools/train/train.py", *(folder.resolve().name for folder in folders), "-o", OUTPUT]
+        words += ["--preset", self.preset]
         words += ["--without", *sorted(self.without)] if self.without else []
         words += ["--steps", str(steps)]
         for name in REPEATED:
@@ -321,6 +324,7 @@ class Trainer:
             self.settings.preset,
             self.settings.without,
             command,
+            " && ".join(made.command() for made in self.dataset.manifests),
             self.dataset.hash,
             found.as_json(),
         )
