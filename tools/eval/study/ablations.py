@@ -9,7 +9,6 @@ import fcntl
 import json
 import os
 import shlex
-import signal
 import subprocess
 import sys
 import time
@@ -209,19 +208,7 @@ def main() -> int:
         return 0
     networks = [f"{ablation.name}={file_of(ablation, options)}" for ablation in chosen]
     judging = quality.parse([*networks, *others, "--only-networks", "--parts", "frames", "--out", str(options.out)])
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        study(options, judging, chosen)
-    except BadInput as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"error: {error.filename}: {error.strerror}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("interrupted; the same command goes on", file=sys.stderr)
-        return 130
-    return 0
+    return quality.finish(lambda: study(options, judging, chosen))
 
 
 if __name__ == "__main__":

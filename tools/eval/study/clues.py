@@ -16,7 +16,7 @@ from evaluation import BadInput
 
 from . import methods, tables
 from .figures import Truth
-from .quality import positive, seed
+from .quality import finish, positive, seed
 from .renderer import PROGRAM, ROOT, Renderer, variation
 
 sys.path.insert(0, str(ROOT / "tools/train"))
@@ -81,7 +81,10 @@ def encode(renderer: Renderer, scene: Path, seed: int) -> Clues:
     shards = list(folder.glob("*.safetensors"))
     if not shards:
         raise BadInput(f"{folder}: no shard of a data set is there; is {renderer.program} lightformer?")
-    tensors, _ = weights.map_tensors(shards[0])
+    try:
+        tensors, _ = weights.map_tensors(shards[0])
+    except weights.FileError as error:
+        raise BadInput(str(error)) from None
     return Clues({name.partition("/")[2]: value for name, value in tensors.items()})
 
 
@@ -139,23 +142,20 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+def print_tables(options: argparse.Namespace) -> None:
+    """One of each variation."""
+    renderer = Renderer(options.pictures, options.program)
+    for chosen in options.seeds:
+        shots = methods.references(variation(options.scene, chosen, SIZE), options.spp)
+        truth = Truth(*(renderer.picture(shot) for shot in shots))
+        title = f"{options.scene.stem}, variation {chosen}"
+        print(f"\n{tables.text([judge(encode(renderer, options.scene, chosen), truth, title)])}", flush=True)
+
+
 def main() -> int:
     """The command."""
     options = parse(sys.argv[1:])
-    try:
-        renderer = Renderer(options.pictures, options.program)
-        for seed in options.seeds:
-            shots = methods.references(variation(options.scene, seed, SIZE), options.spp)
-            truth = Truth(*(renderer.picture(shot) for shot in shots))
-            title = f"{options.scene.stem}, variation {seed}"
-            print(f"\n{tables.text([judge(encode(renderer, options.scene, seed), truth, title)])}", flush=True)
-    except (BadInput, weights.FileError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("interrupted; the same command goes on", file=sys.stderr)
-        return 130
-    return 0
+    return finish(lambda: print_tables(options))
 
 
 if __name__ == "__main__":

@@ -280,19 +280,28 @@ def machine() -> dict[str, object]:
     }
 
 
-def main() -> int:
-    """The command."""
+def finish(work: Callable[[], None]) -> int:
+    """Does the work of a command that may be interrupted; its exit code. SIGTERM is an interrupt, too."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        arguments = sys.argv[1:]
-        Study(parse(arguments), "tools/eval/quality " + shlex.join(arguments)).run()
+        work()
     except BadInput as error:
         print(f"error: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"error: {error.filename}: {error.strerror}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("interrupted; the same command goes on", file=sys.stderr)
         return 130
     return 0
+
+
+def main() -> int:
+    """The command."""
+    arguments = sys.argv[1:]
+    options = parse(arguments)
+    return finish(lambda: Study(options, "tools/eval/quality " + shlex.join(arguments)).run())
 
 
 if __name__ == "__main__":
