@@ -308,17 +308,18 @@ struct growth {
     double encode[MAX_ROUNDS], gather[MAX_ROUNDS], network[MAX_ROUNDS];
 };
 
-// Measures a frame; the one before it has the new number of lights already, or memory would grow in this one.
-static ng_result measure_round(struct subject *s, uint32_t round, struct growth *out)
+// Adds `share` of what a frame takes; the one before it has the new number of lights already, or memory would
+// grow in this one.
+static ng_result measure_round(struct subject *s, uint32_t round, double share, struct growth *out)
 {
     double frame_ms, ms[STAGES];
     NG_TRY(warm_up(s, 1));
     NG_TRY(read_stages(s, ms));
     NG_TRY(draw(s, &frame_ms));
     NG_TRY(read_stages(s, ms));
-    out->encode[round] = ms[RSM] + ms[CLUES] + ms[POINTS] + ms[UNET];
-    out->gather[round] = ms[GATHER];
-    out->network[round] = ms[POINTS] + ms[UNET] + ms[GATHER];
+    out->encode[round] += share * (ms[RSM] + ms[CLUES] + ms[POINTS] + ms[UNET]);
+    out->gather[round] += share * ms[GATHER];
+    out->network[round] += share * (ms[POINTS] + ms[UNET] + ms[GATHER]);
     return NG_OK;
 }
 
@@ -335,13 +336,34 @@ static uint32_t rounds_of(const struct bench_neural_params *params)
     return rounds < MAX_ROUNDS ? rounds : MAX_ROUNDS;
 }
 
+#define MOST_LIGHTS (1u << (BENCH_STEPS - 1))
+
+struct many_lights {
+    ng_entity all[MOST_LIGHTS];
+    uint32_t kinds; // the scene's own; then come copies of them in turn
+};
+
+// A scene's lights differ in what they cost: where a number does not hold equally many of each kind, every
+// kind comes first once.
+static ng_result measure_lights_round(struct subject *s, const struct many_lights *lights, uint32_t count,
+                                      uint32_t round, struct growth *out)
+{
+    uint32_t turns = lights->kinds && count % lights->kinds ? lights->kinds : 1;
+    for (uint32_t first = 0; first < turns; first++) {
+        NG_TRY(bench_scene_switch_lights(s->stage->world, lights->all, MOST_LIGHTS, first, count));
+        NG_TRY(measure_round(s, round, 1.0 / turns, out));
+    }
+    return NG_OK;
+}
+
 // All lights are there; the numbers take turns in how many of them shine.
 static ng_result measure_light_rounds(struct subject *s, struct bench_neural_step steps[BENCH_STEPS])
 {
-    struct growth growth[BENCH_STEPS];
+    struct growth growth[BENCH_STEPS] = {0};
+    struct many_lights lights;
     struct progress progress;
     uint32_t rounds = rounds_of(s->params);
-    ng_result result = bench_scene_set_lights(s->stage->world, 1u << (BENCH_STEPS - 1));
+    ng_result result = bench_scene_set_lights(s->stage->world, MOST_LIGHTS, lights.all, &lights.kinds);
     if (result == NG_OK)
         result = warm_up(s, WARM_UP);
     progress_begin(&progress, "lights", (uint64_t)rounds * BENCH_STEPS);
@@ -349,9 +371,7 @@ static ng_result measure_light_rounds(struct subject *s, struct bench_neural_ste
         uint32_t step = i % BENCH_STEPS;
         progress_update(&progress, i);
         steps[step].count = 1u << step;
-        result = bench_scene_switch_lights(s->stage->world, steps[step].count);
-        if (result == NG_OK)
-            result = measure_round(s, i / BENCH_STEPS, &growth[step]);
+        result = measure_lights_round(s, &lights, steps[step].count, i / BENCH_STEPS, &growth[step]);
     }
     progress_end(&progress);
     for (uint32_t i = 0; i < BENCH_STEPS && result == NG_OK; i++)
@@ -371,7 +391,7 @@ static ng_result measure_lights(const struct bench_neural_params *params, struct
 // Both scenes are open, and take turns.
 static ng_result measure_piece_rounds(struct subject s[2], struct bench_neural_step steps[2])
 {
-    struct growth growth[2];
+    struct growth growth[2] = {0};
     struct progress progress;
     uint32_t rounds = rounds_of(s[0].params);
     ng_result result = NG_OK;
@@ -383,7 +403,7 @@ static ng_result measure_piece_rounds(struct subject s[2], struct bench_neural_s
     progress_begin(&progress, "pieces", (uint64_t)rounds * 2);
     for (uint32_t i = 0; i < rounds * 2 && result == NG_OK; i++) {
         progress_update(&progress, i);
-        result = measure_round(&s[i % 2], i / 2, &growth[i % 2]);
+        result = measure_round(&s[i % 2], i / 2, 1, &growth[i % 2]);
     }
     progress_end(&progress);
     for (int i = 0; i < 2 && result == NG_OK; i++)
@@ -438,7 +458,9 @@ static ng_result draw_many_lights(const struct bench_neural_params *params)
 {
     struct subject s;
     NG_TRY(open_subject(params, &s));
-    ng_result result = bench_scene_set_lights(s.stage->world, MEMORY_LIGHTS);
+    ng_entity lights[MEMORY_LIGHTS];
+    uint32_t kinds;
+    ng_result result = bench_scene_set_lights(s.stage->world, MEMORY_LIGHTS, lights, &kinds);
     if (result == NG_OK)
         result = warm_up(&s, WARM_UP);
     close_subject(&s);

@@ -11,6 +11,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #define LIGHT_STEP 0.04f // metres between copies of a light
 
@@ -60,15 +61,18 @@ static ng_result copy_entity(struct ng_world *world, ng_entity from, ng_entity *
     return ng_world_set_parent(world, *out, ng_world_parent(world, from), (ng_entity){0});
 }
 
-static ng_result set_lights(struct ng_world *world, const struct entities *lights, uint32_t count)
+static ng_result set_lights(struct ng_world *world, const struct entities *own, uint32_t count,
+                            ng_entity *out)
 {
-    uint32_t there = (uint32_t)lights->list.count;
+    uint32_t there = (uint32_t)own->list.count;
+    memset(out, 0, count * sizeof *out);
+    for (uint32_t i = 0; i < there && i < count; i++)
+        out[i] = own->list.items[i];
     for (uint32_t i = count; i < there; i++)
-        NG_TRY(ng_entity_destroy(world, lights->list.items[i]));
+        NG_TRY(ng_entity_destroy(world, own->list.items[i]));
     for (uint32_t i = there; i < count && there; i++) {
-        ng_entity copy;
-        NG_TRY(copy_entity(world, lights->list.items[i % there], &copy));
-        struct ng_transform *t = ng_world_edit(world, copy, NG_TRANSFORM);
+        NG_TRY(copy_entity(world, own->list.items[i % there], &out[i]));
+        struct ng_transform *t = ng_world_edit(world, out[i], NG_TRANSFORM);
         uint32_t round = i / there;
         if (t)
             t->translation[0] += LIGHT_STEP * (float)round;
@@ -76,13 +80,14 @@ static ng_result set_lights(struct ng_world *world, const struct entities *light
     return NG_OK;
 }
 
-ng_result bench_scene_set_lights(struct ng_world *world, uint32_t count)
+ng_result bench_scene_set_lights(struct ng_world *world, uint32_t count, ng_entity *out, uint32_t *kinds)
 {
-    struct entities lights = {0};
-    ng_result result = find(world, is_light, &lights);
+    struct entities own = {0};
+    ng_result result = find(world, is_light, &own);
+    *kinds = own.list.count < count ? (uint32_t)own.list.count : count;
     if (result == NG_OK)
-        result = set_lights(world, &lights, count);
-    ng_array_finish(&lights.list);
+        result = set_lights(world, &own, count, out);
+    ng_array_finish(&own.list);
     return result;
 }
 
@@ -99,14 +104,12 @@ static ng_result switch_light(struct ng_world *world, ng_entity e, bool on)
     return NG_OK;
 }
 
-ng_result bench_scene_switch_lights(struct ng_world *world, uint32_t count)
+ng_result bench_scene_switch_lights(struct ng_world *world, const ng_entity *lights, uint32_t total,
+                                    uint32_t first, uint32_t count)
 {
-    struct entities lights = {0};
-    ng_result result = find(world, is_light, &lights);
-    for (size_t i = 0; i < lights.list.count && result == NG_OK; i++)
-        result = switch_light(world, lights.list.items[i], i < count);
-    ng_array_finish(&lights.list);
-    return result;
+    for (uint32_t i = 0; i < total; i++)
+        NG_TRY(switch_light(world, lights[i], (i + total - first) % total < count));
+    return NG_OK;
 }
 
 static uint32_t side_of(uint32_t square)
