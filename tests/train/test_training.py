@@ -14,6 +14,7 @@ import unittest
 from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import torch
@@ -134,10 +135,36 @@ class Training(unittest.TestCase):
         one._save_checkpoint()
         with self.assertRaisesRegex(Stopped, "other settings"):
             trainer("other", batch=3).resume()
-        (SCRATCH / "other.checkpoint").write_bytes(b"no")
-        with self.assertRaisesRegex(Stopped, "not a checkpoint"):
-            one.resume()
 
+    def test_a_damaged_checkpoint_is_refused(self):
+        """Wherever the damage is, among what says which objects follow as well."""
+        damaged = trainer("damaged")
+        damaged._save_checkpoint()
+        path = SCRATCH / "damaged.checkpoint"
+        whole = path.read_bytes()
+        places = [
+            whole.index(text) + i for text in (b"identity", b"structured-small", b"OrderedDict") for i in range(3)
+        ]
+        for place in (0, *places, len(whole) // 2, len(whole) - 30):
+            spoilt = bytearray(whole)
+            spoilt[place] ^= 0xC5
+            path.write_bytes(spoilt)
+            with self.subTest(place=place), self.assertRaisesRegex(Stopped, "not a checkpoint, or damaged"):
+                damaged.resume()
+        for text in (b"", b"no", whole[:1000]):
+            path.write_bytes(text)
+            with self.assertRaisesRegex(Stopped, "not a checkpoint, or damaged"):
+                damaged.resume()
+        path.write_bytes(whole)
+        with ZipFile(path) as archive:  # a whole file whose objects cannot be made
+            name = next(name for name in archive.namelist() if name.endswith("data.pkl"))
+            content = {entry: archive.read(entry) for entry in archive.namelist()}
+        for wrong in (b"\x80\x02X\x04\x00\x00\x00\xff\xff\xff\xff.", b"\x80\x02cos\nnothing_like_it\n.", b"\x80\x02]."):
+            with ZipFile(path, "w") as archive:
+                for entry, text in (content | {name: wrong}).items():
+                    archive.writestr(entry, text)
+            with self.subTest(wrong=wrong), self.assertRaisesRegex(Stopped, "not a checkpoint, or damaged"):
+                damaged.resume()
 
     def test_where_nothing_can_be_written_is_known_before_the_first_step(self):
         folder = SCRATCH / "folder.safetensors"
@@ -174,7 +201,6 @@ class Training(unittest.TestCase):
         trainer("early", steps=3).run()
         same = [(SCRATCH / f"{name}.safetensors").read_bytes() for name in ("late", "early")]
         self.assertEqual(same[0], same[1])
-
 
     def test_the_recorded_command_gives_the_same_bytes(self):
         """Pasted in a folder where the data are, whatever the places and the output were called."""

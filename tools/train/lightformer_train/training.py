@@ -7,7 +7,6 @@ rate of the first steps, which are timed to turn minutes into steps, does not de
 
 import io
 import math
-import pickle
 import shlex
 import signal
 import statistics
@@ -17,6 +16,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NoReturn
+from zipfile import ZipFile
 
 import numpy as np
 import torch
@@ -385,6 +385,9 @@ class Trainer:
         """Goes on where the checkpoint is, to the step where it was to end. Stopped if it is of another training, or
         none."""
         try:
+            with ZipFile(self._checkpoint) as archive:  # as torch.save writes, and torch.load does not check
+                if archive.testzip():
+                    raise ValueError("its checksums do not fit")
             state = torch.load(self._checkpoint, map_location=self.device)
             if state["identity"] != self._identity():
                 raise Stopped(f"{self._checkpoint}: of other settings or data; start without --resume")
@@ -396,7 +399,9 @@ class Trainer:
             self.optimizer.load_state_dict(state["optimizer"])
             self.history = History(*state["history"])
             self.step, self.total = state["step"], total or asked
-        except (OSError, RuntimeError, KeyError, EOFError, TypeError, pickle.UnpicklingError) as error:
-            if isinstance(error, Stopped):
-                raise
-            raise Stopped(f"{self._checkpoint}: not a checkpoint ({str(error).splitlines()[0]})") from None
+        except Stopped:
+            raise
+        except Exception as error:  # damaged bytes make the unpickler, and what it calls, raise anything
+            said = str(error).splitlines()
+            reason = said[0] if said else type(error).__name__
+            raise Stopped(f"{self._checkpoint}: not a checkpoint, or damaged ({reason})") from None
