@@ -30,13 +30,14 @@ VPLS, TEXELS = 128, 2048  # as tools/lightformer/bench_net.c
 class Plain(network.Network):
     """Nothing is hoisted: every operand is repeated to the size of the result."""
 
-    def _product(self, operation, inputs, domains, out, lights):
-        name = operation["name"]
-        shape = inputs[domains.index(out)].shape if out in domains else None
-        parts = [network._repeat(x, domain, out, lights) for x, domain in zip(inputs, domains)]
-        size = max((part.shape[2:] for part in parts), key=lambda s: s.numel()) if shape is None else shape[2:]
-        x = torch.cat([part.expand(*part.shape[:2], *size) for part in parts], 1)
-        weight, bias = (self.weights[network._key(f"{name}.{part}")] for part in ("weight", "bias"))
+    def __init__(self, checked, precision):
+        super().__init__(checked, precision)
+        self.unpacked = set()  # results are unpacked as they are
+
+    def _product(self, operation, weights, inputs, domains, lights):
+        out = self._domain(operation["out"])
+        x = network._join([network._repeat(part, domain, out, lights) for part, domain in zip(inputs, domains)])
+        weight, bias = (weights[f"{operation['name']}.{part}"] for part in ("weight", "bias"))
         if x.dim() == 2:
             total = torch.nn.functional.linear(x, weight, bias)
         else:
@@ -104,8 +105,7 @@ def main() -> None:
 
 def load(path: str, kind: type, precision: torch.dtype) -> network.Network:
     """The network of a file, as one of the two."""
-    loaded = network_file.load(Path(path))
-    loaded = loaded[0] if isinstance(loaded, tuple) else loaded
+    loaded, _ = network_file.load(Path(path))
     made_network = kind(loaded.checked, precision)
     made_network.load_state_dict(loaded.state_dict())
     return made_network.eval()

@@ -5,12 +5,13 @@ NMSE = sum (a - b)^2 / sum b^2 of each output: at most 1e-7 in fp32, 1e-5 with b
 
 import os
 import subprocess
+import sys
 import unittest
 from pathlib import Path
 
 import numpy as np
 import torch
-from made import frame, join
+from made import ROOT, frame, join
 
 from lightformer_train import families, network_file, program, weights
 from lightformer_train.builder import Builder
@@ -200,3 +201,22 @@ class Families(Parity):
                 torch.manual_seed(8)
                 values = frame(np.random.default_rng(8), 2, (12, 20))
                 self.compare(network_file.create(preset), values, "plain", FP32_BOUND)
+
+
+class PlainForm(unittest.TestCase):
+    """What tests/net/compare_torch.py compares speed with."""
+
+    def test_it_gives_the_same(self):
+        sys.path.append(str(ROOT / "tests/net"))
+        from compare_torch import Plain
+
+        values = join([frame(np.random.default_rng(9), 2, (17, 22))], [2])
+        for preset in ("structured-small", "paper-small"):
+            torch.manual_seed(9)
+            network = network_file.create(preset)
+            plain = Plain(network.checked, torch.float32)
+            plain.load_state_dict(network.state_dict())
+            with torch.no_grad():
+                found, expected = plain(*values), network(*values)
+            for name, picture in expected.items():
+                self.assertLessEqual(nmse(found[name], picture), FP32_BOUND, (preset, name))
