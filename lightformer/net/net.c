@@ -23,6 +23,12 @@ static ng_result check_notes(const struct lf_net *net, const char *path)
         return NG_ERROR_FORMAT;
     }
     const char *inputs = lf_net_note(net, "inputs");
+    if (inputs && strtoul(inputs, NULL, 10) > strtoul(LF_INPUTS_VERSION, NULL, 10)) {
+        ng_log_error("%s: was trained with inputs of version \"%s\", newer than this program's "
+                     "(" LF_INPUTS_VERSION "); use a newer program",
+                     path, inputs);
+        return NG_ERROR_FORMAT;
+    }
     if (!inputs || strcmp(inputs, LF_INPUTS_VERSION) != 0) {
         ng_log_error("%s: was trained with inputs of version \"%s\", which this program no longer makes (its "
                      "own: " LF_INPUTS_VERSION "); train it anew",

@@ -178,7 +178,9 @@ static void files(void **state)
     write_with(path, "version", NULL, LF_F32, 0);
     assert_refused(path, "version");
     write_with(path, "inputs", "5", LF_F32, 0);
-    assert_refused(path, "inputs of version \"5\"");
+    assert_refused(path, "inputs of version \"5\", which this program no longer makes");
+    write_with(path, "inputs", "99", LF_F32, 0);
+    assert_refused(path, "inputs of version \"99\", newer than this program's");
     write_with(path, "inputs", NULL, LF_F32, 0);
     assert_refused(path, "inputs of version \"\"");
     write_with(path, "format", "lightformer-dataset", LF_F32, 0);
