@@ -21,7 +21,7 @@ import torch
 from made import ROOT, dataset
 from made import SETTINGS as SETTINGS_OF_DATA
 
-from lightformer_train import data, manifest, training, weights
+from lightformer_train import data, families, manifest, training, weights
 from lightformer_train.data import Dataset, Options
 from lightformer_train.program import INPUTS, INPUTS_VERSION
 from lightformer_train.training import Settings, Stopped, Trainer
@@ -329,17 +329,23 @@ class Data(unittest.TestCase):
 
 class Commands(unittest.TestCase):
     def test_errors_are_one_line(self):
+        shardless = SCRATCH / "shardless"
+        shardless.mkdir(exist_ok=True)
+        manifest_text = (SCRATCH / "data/manifest.json").read_text()
+        file = json.loads(manifest_text)["shards"][0]["file"]
+        (shardless / "manifest.json").write_text(manifest_text.replace(file, "shard.safetensors"))
+        output = SCRATCH / "x.safetensors"
+        parts = ", ".join(families.parts("structured-small"))
         cases = {
-            (str(SCRATCH / "nowhere"), "-o", str(SCRATCH / "x.safetensors")): (1, "manifest"),
-            (str(SCRATCH / "data"), "-o", str(SCRATCH / "x.safetensors"), "--without", "ears"): (2, "ears"),
-            (str(SCRATCH / "data"), "-o", str(SCRATCH / "x.safetensors"), "--resume"): (1, "checkpoint"),
+            (SCRATCH / "nowhere",): (1, f"{SCRATCH}/nowhere/manifest.json: there is none"),
+            (shardless,): (1, f"{shardless}/shard.safetensors: there is none"),
+            (SCRATCH / "data", "--resume"): (1, f"{SCRATCH}/x.checkpoint: there is none"),
+            (SCRATCH / "data", "--without", "ears"): (2, f'structured-small has no part "ears"; it has {parts}'),
         }
-        for arguments, (status, word) in cases.items():
-            with self.subTest(word):
-                done = run(*arguments)
-                self.assertEqual(done.returncode, status)
-                self.assertIn(word, done.stderr)
-                self.assertEqual(done.stderr.count("\n"), 1)
+        for (folder, *options), (status, line) in cases.items():
+            with self.subTest(line):
+                done = run(str(folder), "-o", str(output), *options)
+                self.assertEqual((done.returncode, done.stderr), (status, f"train: {line}\n"))
 
     def test_bad_options_are_one_line(self):
         cases = (("--seed", "-1"), ("--threads", "-3"), ("--steps", "0"), ("--rate", "nan"))

@@ -82,6 +82,8 @@ def read(folder: Path) -> Manifest:
         shards = [Shard(int(s["first_seed"]), int(s["samples"]), str(s["file"])) for s in content["shards"]]
         if int(settings["spp"]) < 1 or int(settings["crops"]) < 1 or any(s.first < 0 or s.samples < 1 for s in shards):
             raise ValueError("a number is out of range")
-    except (OSError, ValueError, OverflowError, KeyError, TypeError) as error:
+    except OSError as error:
+        raise weights.unreadable(path, error) from None
+    except (ValueError, OverflowError, KeyError, TypeError) as error:
         raise weights.FileError(f"{path}: not the manifest of a data set ({error})") from None
     return Manifest(folder, text, settings, shards)

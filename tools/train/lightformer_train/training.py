@@ -401,6 +401,8 @@ class Trainer:
             self.step, self.total = state["step"], total or asked
         except Stopped:
             raise
+        except OSError as error:
+            raise weights.unreadable(self._checkpoint, error) from None
         except Exception as error:  # damaged bytes make the unpickler, and what it calls, raise anything
             said = str(error).splitlines()
             reason = said[0] if said else type(error).__name__

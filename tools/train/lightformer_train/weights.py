@@ -25,6 +25,12 @@ class FileError(ValueError):
     """A file that is not what it should be, or cannot be written; the message names it."""
 
 
+def unreadable(path: Path, error: OSError) -> FileError:
+    """What to raise of a file that the system does not give."""
+    missing = isinstance(error, (FileNotFoundError, NotADirectoryError))
+    return FileError(f"{path}: {'there is none' if missing else f'cannot be read ({error.strerror})'}")
+
+
 def hash_bytes(data: bytes) -> int:
     """ng_hash_bytes with seed 0."""
     state = _combine(0, len(data))
@@ -113,6 +119,8 @@ def read_header(path: Path) -> tuple[dict[str, dict], dict[str, str], int]:
             count = int(np.prod(entry["shape"], dtype=np.int64))
             if not 0 <= begin <= end <= size - 8 - length or end - begin != count * DTYPES[entry["dtype"]].itemsize:
                 raise ValueError("a tensor lies outside")
+    except OSError as error:
+        raise unreadable(path, error) from None
     except (ValueError, KeyError, TypeError, AttributeError, struct.error) as error:
         raise FileError(f"{path}: not a safetensors file ({error})") from None
     return header, notes, 8 + length
