@@ -286,6 +286,25 @@ class Data(unittest.TestCase):
         self.assertFalse({crop.seed for crop in learn} & {crop.seed for crop in test})
         self.assertTrue(self.dataset.split(1)[1])
 
+    def test_a_sample_of_two_data_sets_is_on_one_side(self):
+        again = dataset(SCRATCH / "again", samples=8, spp=2)
+        for folders in ([SCRATCH / "data"] * 2, [SCRATCH / "data", again]):
+            both = Dataset(folders)
+            for held_out in (1, 4, 7, 20):
+                learn, test = both.split(held_out)
+                self.assertTrue(learn and test)
+                self.assertFalse({crop.seed for crop in learn} & {crop.seed for crop in test})
+        manifest_path = again / "manifest.json"
+        manifest_path.write_text(manifest_path.read_text().replace("made.glb", "other.glb"))
+        learn, test = Dataset([SCRATCH / "data", again]).split(14)
+        self.assertEqual((len(learn), len(test)), (26, 14))
+        self.assertTrue({crop.seed for crop in learn} & {crop.seed for crop in test})  # of another scene
+
+    def test_the_split_of_one_data_set_stays(self):
+        """Held-out crops of a resumed or repeated training were not learned from."""
+        self.assertEqual([crop.seed for crop in self.dataset.split(4)[1][::2]], [5, 11])
+        self.assertEqual([crop.seed for crop in self.dataset.split(8)[1][::2]], [2, 5, 8, 11])
+
     def test_plain_batches_hold_what_the_shard_holds(self):
         batch = self.batch(0, augment=False, mirror_dropout=0, vpls=500, texels=500)
         stored = self.dataset.shards[0]["1/view.glossy"][0].astype(np.float32)

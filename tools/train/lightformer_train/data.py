@@ -84,6 +84,7 @@ class Dataset:
     names: frozenset[str] = frozenset(INPUTS)  # inputs that every sample must have
     manifests: list[Manifest] = field(default_factory=list)
     shards: list[dict[str, np.ndarray]] = field(default_factory=list)
+    scenes: list[str] = field(default_factory=list)  # name of each shard's
     crops: list[Crop] = field(default_factory=list)
     hash: str = ""
 
@@ -98,13 +99,13 @@ class Dataset:
                 )
             self.manifests.append(found)
             for shard in found.shards:
-                self._add(folder / shard.file)
+                self._add(folder / shard.file, found.settings["scene"])
         if not self.crops:
             raise weights.FileError(f"{', '.join(map(str, self.folders))}: no sample with a light")
         texts = b"".join(found.text for found in self.manifests)
         self.hash = f"{weights.hash_bytes(texts):016x}"
 
-    def _add(self, path: Path) -> None:
+    def _add(self, path: Path, scene: str) -> None:
         tensors, _ = weights.map_tensors(path)
         for name, array in tensors.items():
             seed, _, rest = name.partition("/")
@@ -118,14 +119,20 @@ class Dataset:
             if tensors[f"{seed}/light.share"].shape[0] > 0:
                 self.crops += [Crop(len(self.shards), int(seed), index) for index in range(array.shape[0])]
         self.shards.append(tensors)
+        self.scenes.append(scene)
 
     def split(self, held_out: int) -> tuple[list[Crop], list[Crop]]:
-        """Crops to learn from, and about so many of other samples, spread over all: of one sample at least."""
-        samples = sorted({(crop.shard, crop.seed) for crop in self.crops})
+        """Crops to learn from, and about so many of other samples, spread over all: of one sample at least. A sample
+        that several data sets have, a seed of one scene, is on one side with all its crops."""
+        order = sorted(self.crops, key=lambda crop: (crop.shard, crop.seed))
+        samples = list(dict.fromkeys(map(self._sample, order)))
         share = max(min(held_out / len(self.crops), 0.5), (1 + 1e-9) / len(samples))
         kept = {sample for i, sample in enumerate(samples) if int((i + 1) * share) > int(i * share)}
-        learn = [crop for crop in self.crops if (crop.shard, crop.seed) not in kept]
-        return learn, [crop for crop in self.crops if (crop.shard, crop.seed) in kept]
+        learn = [crop for crop in self.crops if self._sample(crop) not in kept]
+        return learn, [crop for crop in self.crops if self._sample(crop) in kept]
+
+    def _sample(self, crop: Crop) -> tuple[str, int]:
+        return self.scenes[crop.shard], crop.seed
 
     def batch(self, crops: list[Crop], options: Options, random: np.random.Generator) -> Batch:
         """These crops; what is drawn of them follows from `random` alone."""
