@@ -39,7 +39,7 @@ static bool is_lit(const struct search *s, const struct lf_points *points, const
     }
     lf_to_world(&s->pixels->space, at, position);
     lf_trace_origin(s->scene->tracer, position, flat, ray.direction, ray.origin);
-    return !lf_trace_occluded(s->scene->tracer, &ray);
+    return !lf_trace_shadowed(s->scene->tracer, &ray, s->light->light);
 }
 
 // Rays of several pixels, answered together.

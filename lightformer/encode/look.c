@@ -90,7 +90,7 @@ static bool is_reached(const struct lighting *l, const struct lf_ray_end *hit)
         lf_trace_origin(l->scene->tracer, position, hit->flat, in.direction, ray.origin);
         memcpy(ray.direction, in.direction, sizeof ray.direction);
         ray.far = in.distance * LF_SHADOW_REACH;
-        return !lf_trace_occluded(l->scene->tracer, &ray);
+        return !lf_trace_shadowed(l->scene->tracer, &ray, light->light);
     }
     return false;
 }

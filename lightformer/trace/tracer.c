@@ -613,6 +613,15 @@ static void begin_query(enum lf_ray_kind kind, lf_trace_fn visit, void *user, st
         out->context.filter = filter_query;
 }
 
+// Of LF_RAY_ALL. `light`: whose emitter is passed, or NG_NONE.
+static void begin_passing(uint32_t light, struct query *out)
+{
+    begin_query(LF_RAY_ALL, NULL, NULL, out);
+    out->passes = light;
+    if (light != NG_NONE)
+        out->context.filter = filter_query;
+}
+
 static bool intersect(RTCScene scene, const struct lf_ray *ray, struct query *q, struct RTCRayHit *out)
 {
     aim(ray, &out->ray);
@@ -634,24 +643,26 @@ bool lf_trace_closest(const struct lf_tracer *t, const struct lf_ray *ray, enum 
     return true;
 }
 
-bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
+bool lf_trace_shadowed(const struct lf_tracer *t, const struct lf_ray *ray, uint32_t light)
 {
     struct query q;
     struct RTCRay r;
-    begin_query(LF_RAY_ALL, NULL, NULL, &q);
+    begin_passing(light, &q);
     aim(ray, &r);
     rtcOccluded1(t->scene, &q.context, &r);
     return r.tfar < 0;
+}
+
+bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
+{
+    return lf_trace_shadowed(t, ray, NG_NONE);
 }
 
 // As Embree wants them; what is no ray is not valid.
 static void aim_side_by_side(const struct lf_packet *p, struct query *q, int valid[LF_PACKET],
                              struct RTCRayHit16 *out)
 {
-    begin_query(LF_RAY_ALL, NULL, NULL, q);
-    q->passes = p->passes;
-    if (p->passes != NG_NONE)
-        q->context.filter = filter_query;
+    begin_passing(p->passes, q);
     q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     *out = (struct RTCRayHit16){0};
     for (int i = 0; i < LF_PACKET; i++) {

@@ -67,6 +67,8 @@ enum lf_ray_kind { LF_RAY_ALL, LF_RAY_CAMERA };
 bool lf_trace_closest(const struct lf_tracer *tracer, const struct lf_ray *ray, enum lf_ray_kind kind,
                       struct lf_hit *out);
 bool lf_trace_occluded(const struct lf_tracer *tracer, const struct lf_ray *ray);
+// The same of a ray toward a light, whose emitter it passes as if it were not there.
+bool lf_trace_shadowed(const struct lf_tracer *tracer, const struct lf_ray *ray, uint32_t light);
 // The same of many rays of LF_RAY_ALL, in any directions: a little faster than one by one. `hits` are set
 // where `met` says so.
 void lf_trace_closest_many(const struct lf_tracer *tracer, const struct lf_ray *rays, uint32_t count,
