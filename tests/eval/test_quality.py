@@ -76,6 +76,28 @@ class Command(unittest.TestCase):
         changed = [path for path in (OUT / "pictures").iterdir() if before.get(path) != path.stat().st_mtime_ns]
         self.assertEqual(changed, [lost])
 
+    def test_parts_keep_what_made_them(self):
+        """Those of another run, and of a file that says it once for all parts."""
+        out = Path(scratch("parts"))
+        shutil.rmtree(out, ignore_errors=True)
+        tiny = "--frames 1 --size 48 --spp 1 --unseen-frames 1 --unseen-spp 1 --only-networks".split()
+        tiny += ["--unseen", os.path.join(ROOT, "content/unseen/wall.glb"), "--out", str(out)]
+        self.assertEqual(quality(*tiny, "--parts", "frames").returncode, 0)
+        result = json.loads((out / "quality.json").read_text())
+        frames = result["made"]["frames"]
+        self.assertRegex(frames["command"], "--parts frames$")
+        self.assertEqual(frames["program"], Renderer(out / "pictures").version)
+        del result["made"]
+        once = {"command": "before", "machine": frames["machine"]}
+        (out / "quality.json").write_text(json.dumps(result | once))
+        done = quality(*tiny, "--parts", "unseen")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        result = json.loads((out / "quality.json").read_text())
+        self.assertEqual(result["made"]["frames"], once | {"program": None})
+        self.assertEqual(result["made"]["unseen"], frames | {"command": result["made"]["unseen"]["command"]})
+        self.assertRegex(result["made"]["unseen"]["command"], "--parts unseen$")
+        self.assertIn("Not all parts are of one program", done.stdout)
+
     def test_refused(self):
         for expected, *arguments in (
             ("no/such.glb", "--scene", "no/such.glb"),

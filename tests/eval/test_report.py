@@ -17,6 +17,7 @@ from test_page import COLOR, READY, SET, TEXT, shown
 from evaluation.page import _pack
 from evaluation.pictures import load
 from study import tables
+from study.report import _commands
 
 OUT = Path(scratch("out"))
 BENCH = {
@@ -104,8 +105,10 @@ class Report(unittest.TestCase):
             self.assertIn(table.title, text)
             for cell in table.rows[-1]:
                 self.assertIn(cell, text)
-        self.assertIn(self.study["command"], text)
-        self.assertIn(self.study["machine"]["cpu"], text)
+        for part in ("frames", "temporal", "unseen"):
+            for value in (self.study["made"][part][key] for key in ("command", "program")):
+                self.assertIn(value, text)
+            self.assertIn(self.study["made"][part]["machine"]["cpu"], text)
         self.assertEqual(self.browser.run(TEXT, "title").split("  ")[0], "LightFormer: quality")
 
     def test_no_network(self):
@@ -176,6 +179,32 @@ class Summary(unittest.TestCase):
         self.assertEqual([row[3] for row in table.rows], ["1.00", "2.00", "1.00", "1.00"])
         self.assertEqual([row[1] for row in table.rows], ["7"] * 4)
         self.assertIn("10 minutes, 2 at a time, 1 thread", table.note)
+
+
+class Making(unittest.TestCase):
+    """What made each part."""
+
+    MACHINE = {"cpu": "chip", "threads": 2, "memory_gib": 8, "system": "Linux 1"}
+
+    def rows(self, *results):
+        return [row[:3] for row in tables.of_making(*results)[0].rows]
+
+    def test_parts_of_two_programs(self):
+        other = {"command": "b", "program": "2", "machine": self.MACHINE | {"threads": 64}}
+        made = {"time": {"command": "a", "program": "1", "machine": self.MACHINE}, "frames": other}
+        result = {"made": made, "frames": {}, "time": {}}
+        self.assertEqual(self.rows(result), [["time", "1", "chip, 2 threads"], ["frames", "2", "chip, 64 threads"]])
+        self.assertIn("Not all parts", tables.of_making(result)[0].note)
+        del result["time"]
+        self.assertNotIn("Not all parts", tables.of_making(result)[0].note)
+
+    def test_results_that_say_it_once(self):
+        """The program is not known; commands are in the report."""
+        once = {"command": "a", "machine": self.MACHINE, "frames": {}, "unseen": {}}
+        ablations = once | {"command": "c"}
+        rows = [[name, "–", "chip, 2 threads"] for name in ("frames", "unseen", "ablations")]
+        self.assertEqual(self.rows(once, ablations), rows)
+        self.assertIn("<pre># frames, unseen\na\n# ablations\nc\n", _commands(once, ablations))
 
 
 class Bench(unittest.TestCase):

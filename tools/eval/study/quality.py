@@ -128,12 +128,15 @@ class Study:
             "spp": o.spp,
             "networks": {method.name: digest(method.weights) for method in self.networks},
         }
-        fresh = {"settings": settings, "command": self.command, "machine": machine()} | self.notes
+        fresh = {"settings": settings, "made": {}} | self.notes
         try:
             earlier = json.loads((o.out / RESULT).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return fresh
-        return earlier | fresh if earlier.get("settings") == settings else fresh
+        if earlier.get("settings") != settings:
+            return fresh
+        parts = {name: earlier[name] for name in PARTS if name in earlier}
+        return fresh | {"made": {name: tables.made(earlier, name) for name in parts}} | parts
 
     def run(self) -> None:
         """Every part that was asked for; the result is written after each."""
@@ -151,8 +154,15 @@ class Study:
             if found is None:
                 continue
             self.result[name] = found
+            self.result["made"][name] = {
+                "command": self.command,
+                "machine": machine(),
+                "program": self.renderer.version,
+            }
             self._write()
             print(f"\n{tables.text(tables.PARTS[name](self.result))}", flush=True)
+        if self.result["made"]:
+            print(f"\n{tables.text(tables.of_making(self.result))}", flush=True)
 
     def _write(self) -> None:
         path = self.options.out / RESULT

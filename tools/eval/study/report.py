@@ -105,27 +105,26 @@ def sections(study: dict, ablations: dict | None, benches: list[tuple[str, dict]
         found += tables.of_ablations(ablations)
     for name, bench in benches:
         found += tables.of_bench(name, bench)
-    commands = [study["command"], *([ablations["command"]] if ablations else []), "tools/eval/report"]
-    return "\n".join(
-        ["<article>", *map(tables.markup, found), tables.markup(_machine(study)), _commands(commands), "</article>"]
-    )
+    found += [*tables.of_making(study, ablations), _files(study)]
+    return "\n".join(["<article>", *map(tables.markup, found), _commands(study, ablations), "</article>"])
 
 
-def _machine(study: dict) -> Table:
-    machine, settings = study["machine"], study["settings"]
+def _files(study: dict) -> Table:
+    settings = study["settings"]
     rows = [
-        ["processor", f"{machine['cpu']}, {machine['threads']} threads"],
-        ["memory", f"{machine['memory_gib']} GiB"],
-        ["system", machine["system"]],
         ["scene", f"{settings['scene']}, {settings['scene_hash']}"],
         *([f"network {name}", key] for name, key in settings["networks"].items()),
     ]
-    return Table("Machine and files", "Files by the first 64 bits of their SHA-256.", ["", ""], rows)
+    return Table("Files", "By the first 64 bits of their SHA-256.", ["", ""], rows)
 
 
-def _commands(commands: list[str]) -> str:
-    lines = "\n".join(html.escape(command) for command in commands)
-    return f"<section><h2>Commands</h2>\n<pre>{lines}</pre></section>"
+def _commands(study: dict, ablations: dict | None) -> str:
+    """Each once, behind the parts that it made."""
+    parts: dict[str, list[str]] = {}
+    for name, part in tables.making(study, ablations).items():
+        parts.setdefault(part["command"], []).append(name)
+    lines = "\n".join(f"# {', '.join(names)}\n{command}" for command, names in parts.items())
+    return f"<section><h2>Commands</h2>\n<pre>{html.escape(lines)}\ntools/eval/report</pre></section>"
 
 
 def main() -> int:

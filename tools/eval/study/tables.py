@@ -60,6 +60,37 @@ def number(summary: dict | None, digits: str) -> str:
 # ---- parts of the result of tools/eval/quality
 
 
+def made(result: dict, part: str) -> dict:
+    """What made a part: `command`, `machine` and the hash of the `program`. Results that have these once for all parts
+    are of the last run, and do not know the program."""
+    once = {key: result.get(key) for key in ("command", "machine", "program")}
+    return result.get("made", {}).get(part, once)
+
+
+def making(result: dict, ablations: dict | None = None) -> dict[str, dict]:
+    """What made each part of a study, and its ablations."""
+    found = {name: made(result, name) for name in PARTS if name in result}
+    return found | ({"ablations": made(ablations, "frames")} if ablations else {})
+
+
+def of_making(result: dict, ablations: dict | None = None) -> list[Table]:
+    """The same."""
+    rows = []
+    for name, part in making(result, ablations).items():
+        machine = part["machine"]
+        about = [processor(machine), f"{machine['memory_gib']} GiB", machine["system"]]
+        rows.append([name, part["program"] or NOTHING, *about])
+    note = "Programs by the first 64 bits of their SHA-256."
+    if len({tuple(row[1:]) for row in rows}) > 1:
+        note += " Not all parts are of one program and machine; --parts makes one of them anew."
+    return [Table("Made by", note, ["part", "program", "processor", "memory", "system"], rows)]
+
+
+def processor(machine: dict) -> str:
+    """Of a part."""
+    return f"{machine['cpu']}, {machine['threads']} threads"
+
+
 def _time(result: dict) -> list[Table]:
     times, settings = result["time"], result["settings"]
     rows = [["a sample a pixel of path tracing", f"{times['sample']:.1f}"]]
@@ -76,7 +107,7 @@ def _time(result: dict) -> list[Table]:
             f"Time at {times['size']} x {times['size']}",
             "Frames in which everything is redone, and samples in turns "
             f"with them. The {settings['frames']} test frames' references take {_hours(times, settings):.1f} hours. "
-            f"{result['machine']['cpu']}, {result['machine']['threads']} threads.",
+            f"{processor(made(result, 'time')['machine'])}.",
             ["what", "ms"],
             rows,
         )
