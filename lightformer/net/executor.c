@@ -29,11 +29,10 @@ static size_t bytes_of(uint32_t width, uint32_t height, uint32_t rows)
 // Of another size, all is zero again: the border must be.
 static bool fit_image(struct lf_stored_image *s, const struct lf_image *shape)
 {
-    struct lf_image image = *shape;
-    if (s->memory && s->image.width == image.width && s->image.height == image.height)
+    size_t bytes = bytes_of(shape->width, shape->height, shape->rows);
+    bool same = s->image.width == shape->width && s->image.height == shape->height;
+    if (s->memory && same && bytes <= s->capacity)
         return true;
-    image.stride = stride_of(image.width);
-    size_t bytes = bytes_of(image.width, image.height, image.rows);
     if (!s->memory || bytes > s->capacity) {
         finish_image(s);
         s->memory = aligned_alloc(64, (bytes + 63) / 64 * 64);
@@ -41,42 +40,93 @@ static bool fit_image(struct lf_stored_image *s, const struct lf_image *shape)
             return false;
         s->capacity = bytes;
     }
-    image.words = s->memory;
-    memset(image.words, 0, bytes);
-    s->image = image;
+    memset(s->memory, 0, s->capacity);
+    s->image = *shape;
+    s->image.words = s->memory;
+    s->image.stride = stride_of(shape->width);
     return true;
 }
 
-// Those of a stage, in the size that its picture or rows now have.
+static uint32_t row_count(const struct lf_run *run, enum lf_net_domain domain)
+{
+    switch (domain) {
+    case LF_DOMAIN_VPL:
+        return run->vpl_count;
+    case LF_DOMAIN_TEXEL:
+        return run->texel_count;
+    case LF_DOMAIN_LIGHT:
+        return run->light_count;
+    default:
+        return 1;
+    }
+}
+
+static bool is_of_rows(const struct lf_plan *plan, const struct lf_image_plan *image)
+{
+    return lf_is_rows(plan->net->values.items[image->value].domain);
+}
+
+// In the size that the stage's picture or rows have.
+static struct lf_image shape_of(const struct lf_run *run, const struct lf_image_plan *image)
+{
+    const struct lf_value *v = &run->executor->plan.net->values.items[image->value];
+    bool rows = lf_is_rows(v->domain);
+    return (struct lf_image){.width = rows ? row_count(run, v->domain)
+                                           : lf_level_size(run->picture_width, v->level),
+                             .height = rows ? 1 : lf_level_size(run->picture_height, v->level),
+                             .channels = v->channels,
+                             .rows = image->rows};
+}
+
+// A light's pictures.
 static bool fit_images(struct lf_run *run, struct lf_stored_image *images, enum lf_image_owner owner)
 {
     const struct lf_plan *plan = &run->executor->plan;
     for (size_t i = 0; i < plan->images.count; i++) {
         const struct lf_image_plan *p = &plan->images.items[i];
-        const struct lf_value *v = &plan->net->values.items[p->value];
-        if (p->owner != owner || lf_is_rows(v->domain))
-            continue;
-        struct lf_image shape = {.width = lf_level_size(run->picture_width, v->level),
-                                 .height = lf_level_size(run->picture_height, v->level),
-                                 .channels = v->channels,
-                                 .rows = p->rows};
-        if (!fit_image(&images[p->slot], &shape))
+        struct lf_image shape = shape_of(run, p);
+        if (p->owner == owner && !is_of_rows(plan, p) && !fit_image(&images[p->slot], &shape))
             return false;
     }
     return true;
 }
 
-static bool fit_rows(struct lf_run *run, enum lf_net_domain domain, uint32_t count)
+// The executor's own: those of rows, or those of pictures. A slot has room for the largest of its images.
+static bool fit_shared(struct lf_run *run, bool rows)
 {
-    const struct lf_plan *plan = &run->executor->plan;
-    for (size_t i = 0; i < plan->images.count; i++) {
-        const struct lf_image_plan *p = &plan->images.items[i];
-        const struct lf_value *v = &plan->net->values.items[p->value];
-        struct lf_image shape = {.width = count, .height = 1, .channels = v->channels, .rows = p->rows};
-        if (v->domain == domain && !fit_image(&run->executor->shared.items[p->slot], &shape))
+    struct lf_net_executor *e = run->executor;
+    for (size_t i = 0; i < e->plan.images.count; i++) {
+        const struct lf_image_plan *p = &e->plan.images.items[i];
+        struct lf_image shape = shape_of(run, p);
+        if (p->owner == LF_IMAGE_SHARED && is_of_rows(&e->plan, p) == rows &&
+            !fit_image(&e->slots.items[p->slot], &shape))
             return false;
     }
+    for (size_t i = 0; i < e->plan.images.count; i++) {
+        const struct lf_image_plan *p = &e->plan.images.items[i];
+        if (p->owner != LF_IMAGE_SHARED || is_of_rows(&e->plan, p) != rows)
+            continue;
+        e->shared.items[i] = shape_of(run, p);
+        e->shared.items[i].words = e->slots.items[p->slot].memory;
+        e->shared.items[i].stride = e->slots.items[p->slot].image.stride;
+    }
     return true;
+}
+
+// Above and below of images that begin with this segment: those that had their memory before may have written
+// there, as they have another number of rows. Left and right they have the same border.
+static void clear_edges(const struct lf_run *run, uint32_t segment)
+{
+    const struct lf_net_executor *e = run->executor;
+    for (size_t i = 0; i < e->plan.images.count; i++) {
+        const struct lf_image_plan *p = &e->plan.images.items[i];
+        const struct lf_image *image = &e->shared.items[i];
+        if (p->owner != LF_IMAGE_SHARED || p->first != segment || is_of_rows(&e->plan, p))
+            continue;
+        size_t line = image->rows * image->stride;
+        memset(image->words, 0, line * sizeof *image->words);
+        memset(image->words + ((size_t)image->height + 1) * line, 0, line * sizeof *image->words);
+    }
 }
 
 // ---- Vectors and biases ---------------------------------------------------------------------------------
@@ -143,20 +193,6 @@ static void finish_reductions(const struct lf_run *run)
 
 // ---- Stages ---------------------------------------------------------------------------------------------
 
-static uint32_t row_count(const struct lf_run *run, enum lf_net_domain domain)
-{
-    switch (domain) {
-    case LF_DOMAIN_VPL:
-        return run->vpl_count;
-    case LF_DOMAIN_TEXEL:
-        return run->texel_count;
-    case LF_DOMAIN_LIGHT:
-        return run->light_count;
-    default:
-        return 1;
-    }
-}
-
 static void set_grid(struct lf_run *run)
 {
     const struct lf_segment *s = run->segment;
@@ -193,6 +229,7 @@ static ng_result run_stage(struct lf_run *run)
         size_t sums = (size_t)run->tiles * run->height * run->segment->sums;
         if (sums > e->sums.count && !ng_array_resize(&e->sums, sums))
             return ng_out_of_memory("the sums of a network");
+        clear_edges(run, i);
         find_biases(run, run->segment);
         if (run->segment->inner != LF_NO_VALUE)
             find_biases(run, &e->plan.segments.items[run->segment->inner]);
@@ -224,8 +261,7 @@ ng_result lf_net_encode_light(struct lf_net_executor *executor, struct lf_net_en
                          .vpl_count = inputs->vpl_count,
                          .texel_count = inputs->texel_count};
     encoding->has_light = false;
-    if (!fit_lights(executor, 1) || !fit_rows(&run, LF_DOMAIN_VPL, inputs->vpl_count) ||
-        !fit_rows(&run, LF_DOMAIN_TEXEL, inputs->texel_count))
+    if (!fit_lights(executor, 1) || !fit_shared(&run, true))
         return ng_out_of_memory("the encoding of a light");
     executor->lights.items[0] = (struct lf_run_light){.inputs = inputs->values, .vectors = encoding->vectors};
     take_vectors(executor, LF_DOMAIN_FRAME, false, inputs->values, executor->frame.items);
@@ -249,7 +285,7 @@ ng_result lf_net_encode_view(struct lf_net_executor *executor, struct lf_net_enc
                          .light_count = 1};
     encoding->has_view = false;
     if (!fit_lights(executor, 1) || !fit_images(&run, encoding->images, LF_IMAGE_ENCODING) ||
-        !fit_images(&run, executor->shared.items, LF_IMAGE_SHARED))
+        !fit_shared(&run, false))
         return ng_out_of_memory("the pictures of a light");
     executor->lights.items[0] =
         (struct lf_run_light){.inputs = view, .vectors = encoding->vectors, .images = encoding->images};
@@ -266,7 +302,7 @@ static ng_result fit_gather(struct lf_run *run)
     struct lf_net_executor *e = run->executor;
     uint32_t slots = e->plan.image_counts[LF_IMAGE_LIGHT];
     size_t before = e->by_light.count, images = (size_t)run->light_count * slots;
-    bool ok = fit_lights(e, run->light_count) && fit_images(run, e->shared.items, LF_IMAGE_SHARED) &&
+    bool ok = fit_lights(e, run->light_count) && fit_shared(run, false) &&
               (images <= before || ng_array_resize(&e->by_light, images));
     for (uint32_t i = 0; ok && slots && i < run->light_count; i++)
         ok = fit_images(run, e->by_light.items + (size_t)i * slots, LF_IMAGE_LIGHT);
@@ -365,7 +401,8 @@ static bool make_local_images(const struct lf_net_executor *e, struct lf_worker 
 static ng_result make_memory(struct lf_net_executor *e)
 {
     bool ok = ng_array_resize(&e->workers, ng_jobs_threads(e->jobs)) &&
-              ng_array_resize(&e->shared, e->plan.image_counts[LF_IMAGE_SHARED]) &&
+              ng_array_resize(&e->slots, e->plan.image_counts[LF_IMAGE_SHARED]) &&
+              ng_array_resize(&e->shared, e->plan.images.count) &&
               ng_array_resize(&e->frame, e->plan.frame_floats);
     size_t tile = ((size_t)e->plan.rows + 1) * LF_ROW * sizeof(float);
     for (size_t i = 0; ok && i < e->workers.count; i++) {
@@ -433,11 +470,12 @@ void lf_net_executor_destroy(struct lf_net_executor **executor)
         free(e->workers.items[i].local);
         free(e->workers.items[i].tile);
     }
-    for (size_t i = 0; i < e->shared.count; i++)
-        finish_image(&e->shared.items[i]);
+    for (size_t i = 0; i < e->slots.count; i++)
+        finish_image(&e->slots.items[i]);
     for (size_t i = 0; i < e->by_light.count; i++)
         finish_image(&e->by_light.items[i]);
     ng_array_finish(&e->workers);
+    ng_array_finish(&e->slots);
     ng_array_finish(&e->shared);
     ng_array_finish(&e->by_light);
     ng_array_finish(&e->frame);
@@ -464,18 +502,37 @@ bool lf_net_gather_reads(const struct lf_net_executor *executor, enum lf_net_inp
     return false;
 }
 
+static uint64_t image_bytes(const struct lf_plan *plan, size_t image, uint32_t width, uint32_t height)
+{
+    const struct lf_image_plan *p = &plan->images.items[image];
+    const struct lf_value *v = &plan->net->values.items[p->value];
+    return lf_is_rows(v->domain) || p->owner == LF_IMAGE_LOCAL
+               ? 0
+               : bytes_of(lf_level_size(width, v->level), lf_level_size(height, v->level), p->rows);
+}
+
+// Of a slot.
+static uint64_t largest_image(const struct lf_plan *plan, uint32_t slot, uint32_t width, uint32_t height)
+{
+    uint64_t largest = 0;
+    for (size_t i = 0; i < plan->images.count; i++)
+        if (plan->images.items[i].owner == LF_IMAGE_SHARED && plan->images.items[i].slot == slot) {
+            uint64_t bytes = image_bytes(plan, i, width, height);
+            largest = bytes > largest ? bytes : largest;
+        }
+    return largest;
+}
+
 uint64_t lf_net_executor_bytes(const struct lf_net_executor *executor, uint32_t width, uint32_t height,
                                uint32_t lights)
 {
     const struct lf_plan *plan = &executor->plan;
     uint64_t bytes = 0;
-    for (size_t i = 0; i < plan->images.count; i++) {
-        const struct lf_image_plan *p = &plan->images.items[i];
-        const struct lf_value *v = &plan->net->values.items[p->value];
-        uint64_t one = bytes_of(lf_level_size(width, v->level), lf_level_size(height, v->level), p->rows);
-        if (!lf_is_rows(v->domain) && p->owner != LF_IMAGE_LOCAL)
-            bytes += one * (p->owner == LF_IMAGE_SHARED ? 1 : lights);
-    }
+    for (size_t i = 0; i < plan->images.count; i++)
+        if (plan->images.items[i].owner != LF_IMAGE_SHARED)
+            bytes += lights * image_bytes(plan, i, width, height);
+    for (uint32_t i = 0; i < plan->image_counts[LF_IMAGE_SHARED]; i++)
+        bytes += largest_image(plan, i, width, height);
     return bytes;
 }
 

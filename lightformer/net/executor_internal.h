@@ -41,7 +41,8 @@ struct lf_net_executor {
     void **weights; // by product
     float **biases; // by product, padded
     NG_ARRAY(struct lf_worker) workers;
-    NG_ARRAY(struct lf_stored_image) shared, by_light; // by slot; by light and slot
+    NG_ARRAY(struct lf_stored_image) slots, by_light; // memory of shared images; by light and slot
+    NG_ARRAY(struct lf_image) shared;                 // by number in the plan
     NG_ARRAY(float) frame, vectors, light_biases, sums;
     NG_ARRAY(struct lf_run_light) lights;
     bool profiling;

@@ -488,6 +488,7 @@ ng_result lf_plan_init(struct lf_plan *plan, const struct lf_net *net, const str
     bool ok = prepare(&planner);
     for (uint32_t i = 0; ok && i < LF_STAGE_COUNT; i++)
         ok = plan_stage(&planner, (enum lf_stage)i);
+    ok = ok && lf_plan_share_images(plan);
     finish(&planner);
     if (ok)
         return NG_OK;

@@ -98,7 +98,8 @@ enum lf_image_owner {
 };
 
 struct lf_image_plan {
-    uint32_t value, rows, slot; // slot: number among those of its owner
+    uint32_t value, rows, slot; // slot: number among those of its owner; shared ones may have the same
+    uint32_t first;             // of a shared one: the segment from which on its slot is its own
     enum lf_image_owner owner;
 };
 
@@ -123,5 +124,7 @@ struct lf_plan {
 NG_NODISCARD ng_result lf_plan_init(struct lf_plan *plan, const struct lf_net *net,
                                     const struct lf_kernel *kernel);
 void lf_plan_finish(struct lf_plan *plan);
+// Gives shared images their slots; false: out of memory.
+bool lf_plan_share_images(struct lf_plan *plan);
 
 #endif

@@ -45,7 +45,7 @@ static const struct lf_image *image_at(const struct tile *t, uint32_t index)
     const struct lf_image_plan *plan = &e->plan.images.items[index];
     switch (plan->owner) {
     case LF_IMAGE_SHARED:
-        return &e->shared.items[plan->slot].image;
+        return &e->shared.items[index];
     case LF_IMAGE_ENCODING:
         return &light_at(t, t->light)->images[plan->slot].image;
     case LF_IMAGE_LOCAL:
