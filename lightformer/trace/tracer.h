@@ -101,14 +101,16 @@ void lf_trace_packet_occluded(const struct lf_tracer *tracer, struct lf_packet *
 // rays met something.
 uint32_t lf_trace_bare(const struct lf_tracer *tracer, const struct lf_ray *rays, uint32_t count);
 
-// How far off a surface at a position rays begin, so that they do not meet the surface they start on.
+// How far off a surface at a position rays begin, so that they do not meet the surface they start on: a part
+// of the scene's size; and where it lies far from the origin, some of the steps that numbers have there.
 static inline float lf_trace_offset(float scene_radius, float x, float y, float z)
 {
-    float most = scene_radius;
-    most = fabsf(x) > most ? fabsf(x) : most;
+    float size = 2 * scene_radius, most = fabsf(x);
     most = fabsf(y) > most ? fabsf(y) : most;
     most = fabsf(z) > most ? fabsf(z) : most;
-    return 1e-5f * most;
+    size = size > 0.1f * most ? size : 0.1f * most;
+    most = most < size ? most : size;
+    return 1e-5f * (most > scene_radius ? most : scene_radius);
 }
 
 // An origin off a surface at `position` with geometric `normal`, by that much on the side of `direction`.

@@ -175,7 +175,7 @@ ng_entity picture_panel(struct scene *s, float radiance, const float position[3]
     return scene_light(s, NG_LIGHT_RECTANGLE, &light, position, scene_down);
 }
 
-void picture_room(struct scene *s, uint32_t threads)
+void picture_dark_room(struct scene *s, uint32_t threads)
 {
     scene_open(s, threads);
     ng_entity smooth = scene_material(s, (const float[3]){0.5f, 0.5f, 0.5f}, 0, 0.15f),
@@ -183,6 +183,11 @@ void picture_room(struct scene *s, uint32_t threads)
     scene_quad(s, (const float[3]){-3, -1, 3}, (const float[3]){6, 0, 0}, (const float[3]){0, 0, -6}, smooth);
     scene_quad(s, (const float[3]){-3, -1, -2}, (const float[3]){6, 0, 0}, (const float[3]){0, 4, 0}, rough);
     scene_sphere(s, (const float[3]){0.2f, -0.4f, 0}, 0.6f, false, rough);
+}
+
+void picture_room(struct scene *s, uint32_t threads)
+{
+    picture_dark_room(s, threads);
     picture_point(s, 2, (const float[3]){-1, 1, 1});
     picture_panel(s, 3, (const float[3]){0.7f, 1.4f, 0});
 }

@@ -35,7 +35,8 @@ uint64_t picture_hash(const struct picture *p, bool apart_from_power);
 // A lamp of a colour, and a panel of 0.6 x 0.4 that shines down.
 ng_entity picture_point(struct scene *s, float intensity, const float position[3]);
 ng_entity picture_panel(struct scene *s, float radiance, const float position[3]);
-// A smooth floor, a ball, a wall behind; one of each.
+// A smooth floor, a ball, a wall behind; with one of each, or dark.
 void picture_room(struct scene *s, uint32_t threads);
+void picture_dark_room(struct scene *s, uint32_t threads);
 
 #endif
