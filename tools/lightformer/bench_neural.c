@@ -277,7 +277,9 @@ static void summarize(struct series *series, struct bench_neural *out)
         sum += ms;
     }
     out->budget[out->stage_count].name = "copies, waiting, other";
-    out->budget[out->stage_count++].ms = out->frame_ms - sum;
+    // The GPU's figures come a few frames late (ng_graph_stats), so that over few frames the stages may sum
+    // up to more than a frame.
+    out->budget[out->stage_count++].ms = fmax(out->frame_ms - sum, 0);
 }
 
 static ng_result measure_budget(const struct bench_neural_params *params, struct bench_neural *out)
