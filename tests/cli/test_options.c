@@ -6,7 +6,7 @@
 
 struct grow {
     const char *plant;
-    bool quick;
+    bool quick, greenhouse, field;
     uint32_t count, method, parts;
     double height;
     struct cli_size bed;
@@ -16,6 +16,8 @@ struct grow {
 
 static const char *const methods[] = {"sun", "lamp", NULL};
 static const char *const parts[] = {"root", "leaf", "flower", NULL};
+
+static const char *const not_with_field[] = {"--greenhouse", "--count", NULL};
 
 static const struct cli_option grow_options[] = {
     CLI_ARGUMENT(struct grow, plant, "PLANT", "what to grow"),
@@ -67,6 +69,8 @@ static const struct cli_option grow_options[] = {
      .value = "A..B",
      .min = 0,
      .max = 365},
+    {.name = "--greenhouse", .kind = CLI_FLAG, .offset = offsetof(struct grow, greenhouse), .needs = "--bed"},
+    {.name = "--field", .kind = CLI_FLAG, .offset = offsetof(struct grow, field), .excludes = not_with_field},
 };
 
 static const struct cli_command grow_command = {
@@ -162,6 +166,18 @@ static void mistakes_are_named(void **state)
     expect_wrong("fern --parts root,", "a list of root, leaf, flower");
 }
 
+static void company_is_checked(void **state)
+{
+    NG_UNUSED(state);
+    struct grow g;
+    char said[64] = "";
+    expect_wrong("fern --greenhouse", "--greenhouse needs --bed");
+    expect_wrong("fern --count 3 --field", "--field and --count exclude each other");
+    expect_wrong("fern --field --bed 1x1 --greenhouse", "--field and --greenhouse exclude each other");
+    assert_int_equal(parse("fern --greenhouse --count 3 --bed 2x1", &g, said, sizeof said), CLI_RUN);
+    assert_int_equal(parse("fern --field --bed 2x1", &g, said, sizeof said), CLI_RUN); // a default is no wish
+}
+
 static void numbers_are_held_to_their_range(void **state)
 {
     NG_UNUSED(state);
@@ -242,6 +258,7 @@ int main(void)
         cmocka_unit_test(defaults_are_those_of_the_table),
         cmocka_unit_test(every_kind_of_value_is_parsed),
         cmocka_unit_test(mistakes_are_named),
+        cmocka_unit_test(company_is_checked),
         cmocka_unit_test(numbers_are_held_to_their_range),
         cmocka_unit_test(help_shows_every_option),
         cmocka_unit_test(canonical_command_holds_what_makes_the_picture),

@@ -32,6 +32,11 @@ struct bench {
     uint32_t samples, lights, kernel;
 };
 
+// What the measurements that stand instead of frames have no use for.
+static const char *const not_with_reference[] = {"--net",    "--frames", "--method", "--weights",
+                                                 "--budget", "--device", NULL};
+static const char *const not_with_net[] = {"--method", "--weights", "--budget", "--device", NULL};
+
 static const struct cli_option options[] = {
     CLI_SCENE(struct bench),
     {.name = "--frames",
@@ -52,6 +57,7 @@ static const struct cli_option options[] = {
     {.name = "--reference",
      .kind = CLI_FLAG,
      .offset = offsetof(struct bench, reference),
+     .excludes = not_with_reference,
      .doc = "instead: rays a second of the path tracer, and of a bare loop of closest hits"},
     {.name = "--spp",
      .kind = CLI_COUNT,
@@ -60,10 +66,12 @@ static const struct cli_option options[] = {
      .fallback = "8",
      .min = 1,
      .max = 1e6,
+     .needs = "--reference",
      .doc = "paths a pixel of each of five rounds (--reference)"},
     {.name = "--net",
      .kind = CLI_FLAG,
      .offset = offsetof(struct bench, net),
+     .excludes = not_with_net,
      .doc = "instead: SCENE is a network (.safetensors); its stages and operations on made-up inputs"},
     {.name = "--lights",
      .kind = CLI_COUNT,
@@ -71,6 +79,7 @@ static const struct cli_option options[] = {
      .value = "N",
      .fallback = "2",
      .max = 1024,
+     .needs = "--net",
      .doc = "how many lights (--net)"},
     {.name = "--kernel",
      .kind = CLI_CHOICE,
@@ -78,6 +87,7 @@ static const struct cli_option options[] = {
      .value = "NAME",
      .fallback = "auto",
      .choice = bench_net_kernel,
+     .needs = "--net",
      .doc = "how numbers are multiplied (--net)"},
     CLI_THREADS(struct bench),
     CLI_DEVICE(struct bench),
@@ -446,10 +456,15 @@ static void add_neural_ratios(struct report *r)
         r->ratios.items[r->ratios.count++] = ratio;
 }
 
+static bool is_neural(const struct bench *b)
+{
+    return strcmp(method_bench_name(b->method), "neural") == 0;
+}
+
 static ng_result measure_frames(const struct bench *b)
 {
     const struct bench_neural_params neural = neural_params(b);
-    struct report report = {.has_neural = strcmp(method_bench_name(b->method), "neural") == 0};
+    struct report report = {.has_neural = is_neural(b)};
     ng_result result = NG_OK;
     if (report.has_neural)
         result = bench_neural_measure_processes(&neural, &report.neural);
@@ -471,6 +486,10 @@ static int run(const void *args)
 {
     struct bench values = *(const struct bench *)args, *b = &values;
     values.method = method_choose(METHOD_BENCH, values.method, values.scene, values.weights);
+    if (b->weights && !is_neural(b)) {
+        fputs("lightformer bench: --weights needs --method neural\n", stderr);
+        return CLI_USAGE;
+    }
     const struct bench_reference_params reference = {
         .scene = b->scene, .size = b->size, .samples = b->samples, .threads = b->threads, .json = b->json};
     const struct bench_net_params net = {.network = b->scene,

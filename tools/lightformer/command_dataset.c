@@ -21,6 +21,11 @@ struct dataset {
         .fallback = (fallback_), .min = (min_), .max = (max_), .doc = (doc_)                                 \
     }
 
+// A look at a data set makes none.
+static const char *const not_with_check[] = {
+    "SCENE",   "--output", "--count", "--seed", "--size",   "--crop",    "--crops",  "--spp", "--targets",
+    "--depth", "--shard",  "--vpls",  "--time", "--camera", "--threads", "--device", NULL};
+
 static const struct cli_option options[] = {
     {.name = "SCENE",
      .kind = CLI_TEXT,
@@ -65,6 +70,7 @@ static const struct cli_option options[] = {
      .kind = CLI_TEXT,
      .offset = offsetof(struct dataset, check),
      .value = "DIR",
+     .excludes = not_with_check,
      .doc = "instead: read every shard of a data set and find damage"},
     {.name = "--contact-sheet",
      .kind = CLI_TEXT,
@@ -78,9 +84,7 @@ static const struct cli_option options[] = {
 static bool check_options(const struct dataset *d)
 {
     const char *wrong = NULL;
-    if (d->check && (d->scene || d->output))
-        wrong = "--check looks at a data set and makes none: no SCENE, no --output";
-    else if (!d->check && !(d->scene && d->output))
+    if (!d->check && !(d->scene && d->output))
         wrong = "SCENE and --output are needed (or --check)";
     else if (d->sheet && strcmp(ng_path_extension(d->sheet), "png") != 0)
         wrong = "--contact-sheet writes a .png";

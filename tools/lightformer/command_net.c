@@ -17,18 +17,24 @@ struct net {
     bool plan, json;
 };
 
+static const char *const not_with_plan[] = {"--run", "--json", NULL};
+static const char *const not_with_run[] = {"--json", NULL};
+
 static const struct cli_option options[] = {
     CLI_ARGUMENT(struct net, file, "NETWORK", "a weights file (.safetensors)"),
     {.name = "--run",
      .kind = CLI_TEXT,
      .offset = offsetof(struct net, inputs),
      .value = "INPUTS",
+     .needs = "--output",
+     .excludes = not_with_run,
      .doc = "run it on the tensors of this file (.safetensors)"},
     {.name = "--output",
      .letter = 'o',
      .kind = CLI_TEXT,
      .offset = offsetof(struct net, output),
      .value = "FILE",
+     .needs = "--run",
      .doc = "with --run: where the outputs go (.safetensors)"},
     {.name = "--kernel",
      .kind = CLI_CHOICE,
@@ -40,6 +46,7 @@ static const struct cli_option options[] = {
     {.name = "--plan",
      .kind = CLI_FLAG,
      .offset = offsetof(struct net, plan),
+     .excludes = not_with_plan,
      .doc = "print what runs in which order"},
     CLI_THREADS(struct net),
     CLI_JSON(struct net),
@@ -247,10 +254,6 @@ static int run(const void *args)
 {
     const struct net *n = args;
     struct lf_net *net;
-    if (!n->inputs != !n->output) {
-        fputs("lightformer net: --run INPUTS and --output FILE go together\n", stderr);
-        return CLI_USAGE;
-    }
     if (lf_net_load(n->file, &net) != NG_OK)
         return CLI_FAILED;
     ng_result result = NG_OK;

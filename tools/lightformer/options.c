@@ -302,6 +302,30 @@ static bool asks_for_help(int argc, char **argv)
     return false;
 }
 
+static bool was_given(const struct parser *p, const char *name)
+{
+    for (size_t i = 0; i < p->command->option_count; i++)
+        if (p->given >> i & 1 && strcmp(p->command->options[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+// Of options that were given together, or alone: nothing that was asked for is ignored.
+static enum cli_parsed check_company(const struct parser *p)
+{
+    for (size_t i = 0; i < p->command->option_count; i++) {
+        const struct cli_option *o = &p->command->options[i];
+        if (!(p->given >> i & 1))
+            continue;
+        for (size_t k = 0; o->excludes && o->excludes[k]; k++)
+            if (was_given(p, o->excludes[k]))
+                return wrong(p, "%s and %s exclude each other", o->name, o->excludes[k]);
+        if (o->needs && !was_given(p, o->needs))
+            return wrong(p, "%s needs %s", o->name, o->needs);
+    }
+    return CLI_RUN;
+}
+
 // Gives every option that was not given its default.
 static enum cli_parsed set_defaults(struct parser *p)
 {
@@ -342,7 +366,8 @@ enum cli_parsed cli_parse(const struct cli_command *command, int argc, char **ar
         if (result != CLI_RUN)
             return result;
     }
-    return set_defaults(&p);
+    enum cli_parsed company = check_company(&p);
+    return company == CLI_RUN ? set_defaults(&p) : company;
 }
 
 // ---- Help

@@ -63,7 +63,11 @@ struct cli_option {
     double min, max;                       // of numbers, both included
     const char *const *choices;            // null-terminated; or
     const char *(*choice)(uint32_t index); // the same as a function: null past the end
-    const char *doc;                       // one line for --help
+    // Names of options; null: none. Without `needs` this one means nothing; with those of `excludes`, a
+    // null-terminated list, one of the two would mean nothing.
+    const char *needs;
+    const char *const *excludes;
+    const char *doc; // one line for --help
 };
 
 #define CLI_ARGUMENT(type_, member_, name_, doc_)                                                            \
