@@ -263,6 +263,33 @@ static void only_what_depends_on_a_change_is_redone(void **state)
     watch_close(&w);
 }
 
+// A panel is a thing, too: it stands in the light of others, and is seen in mirrors. What it sends is not.
+static void lights_with_a_surface_are_things(void **state)
+{
+    NG_UNUSED(state);
+    struct watch w = {0};
+    watch_open(&w);
+    struct room *r = &w.room;
+
+    room_set(r, r->panel, "light_rectangle.radiance", 0); // powers: the gather alone
+    expect(&w, 0, 1, 0, 0, 0, 1);
+    room_set(r, r->panel, "light_rectangle.radiance", 4);
+    expect(&w, 0, 1, 0, 0, 0, 1);
+    struct ng_light_rectangle *panel = ng_world_edit(r->scene.world, r->panel, NG_LIGHT_RECTANGLE);
+    panel->color[0] = 0.2f; // one light: itself alone
+    expect(&w, 0, 1, 1, 1, 1, 1);
+
+    // The point light sees it, the spot does not; on screen it matters for all.
+    room_move(r, r->panel, 0.1f, 0, 0);
+    expect(&w, 1, 1, 2, 2, 3, 1);
+    panel = ng_world_edit(r->scene.world, r->panel, NG_LIGHT_RECTANGLE);
+    panel->size[0] = 0.6f;
+    expect(&w, 1, 1, 2, 2, 3, 1);
+    OK(ng_entity_destroy(r->scene.world, r->panel));
+    expect(&w, 1, 1, 1, 1, 2, 1);
+    watch_close(&w);
+}
+
 static void another_method_encodes_nothing(void **state)
 {
     NG_UNUSED(state);
@@ -414,6 +441,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(only_what_depends_on_a_change_is_redone),
+        cmocka_unit_test(lights_with_a_surface_are_things),
         cmocka_unit_test(another_method_encodes_nothing),
         cmocka_unit_test(a_light_that_comes_back_is_followed),
         cmocka_unit_test(each_light_has_a_node_of_its_own),
