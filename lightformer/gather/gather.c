@@ -1,5 +1,6 @@
 // The network writes planes, the renderer takes images of four channels: one copy in between, on all threads.
-// Where is no surface a network has learned nothing, and whatever it says is no light.
+// Where is no surface a network has learned nothing, and whatever it says is no light; nor is what is no
+// finite number.
 #include "lightformer/gather/gather.h"
 
 #include "base/array.h"
@@ -10,6 +11,8 @@
 #include "lightformer/net/net.h"
 #include "render/frame.h"
 
+#include <math.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,6 +28,7 @@ struct lf_gather {
     NG_ARRAY(float) planes[PART_COUNT];       // [3][height][width]
     uint64_t gathered;                        // hash of what the images are of; 0: of nothing
     uint64_t runs;
+    bool warned; // of values that are not finite
 };
 
 ng_result lf_gather_create(const struct lf_gather_params *params, struct lf_gather **out)
@@ -91,18 +95,35 @@ static ng_result reserve_planes(struct lf_gather *self, const struct lf_screen *
 struct interleave {
     const float *planes, *mask;
     float *texels;
-    size_t size; // of a plane
+    size_t size;        // of a plane
+    atomic_bool *wrong; // set where a value is not finite
 };
 
 static void interleave(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct interleave *job = user;
+    bool wrong = false;
     for (size_t i = begin; i < end; i++) {
-        for (size_t c = 0; c < 3; c++)
-            job->texels[i * 4 + c] = job->mask[i] > 0 ? job->planes[c * job->size + i] : 0;
+        for (size_t c = 0; c < 3; c++) {
+            float value = job->mask[i] > 0 ? job->planes[c * job->size + i] : 0;
+            wrong |= !isfinite(value);
+            job->texels[i * 4 + c] = isfinite(value) ? value : 0;
+        }
         job->texels[i * 4 + 3] = 1;
     }
+    if (wrong)
+        atomic_store(job->wrong, true);
+}
+
+static void warn(struct lf_gather *self)
+{
+    if (!self->warned)
+        ng_log_warn(
+            "%s: the network gave values that are not finite, which are drawn black; train it anew or "
+            "choose other --weights",
+            self->params.method);
+    self->warned = true;
 }
 
 static ng_result run(const struct ng_pass_context *ctx)
@@ -122,13 +143,17 @@ static ng_result run(const struct ng_pass_context *ctx)
     NG_TRY(
         lf_net_gather(self->params.executor, &frame, self->lights.items, (uint32_t)self->lights.count, &out));
     uint32_t pixels = frame.width * frame.height;
+    atomic_bool wrong = false;
     for (int i = 0; i < PART_COUNT; i++) {
         struct interleave job = {.planes = self->planes[i].items,
                                  .mask = frame.values->of[LF_INPUT_PIXEL_MASK],
                                  .texels = ng_pass_memory(ctx, d->images[i]).data,
-                                 .size = pixels};
+                                 .size = pixels,
+                                 .wrong = &wrong};
         ng_jobs_for(self->params.jobs, pixels, 1u << 14, interleave, &job);
     }
+    if (wrong)
+        warn(self);
     self->gathered = d->key;
     return NG_OK;
 }

@@ -73,7 +73,8 @@ static const struct layer {
               {"d2", 8, 8, true}, {"zs", 16, 16, false}, {"q", 7, 8, false},  {"k", 14, 8, false},
               {"g", 12, 8, true}, {"f", 8, 3, false}};
 
-static void add_random(struct lf_tensors *t, struct ng_rng *rng, const struct layer *layer, uint32_t in)
+static void add_random(struct lf_tensors *t, struct ng_rng *rng, const struct layer *layer, uint32_t in,
+                       float size)
 {
     char name[LF_TENSOR_NAME];
     const uint64_t shape[4] = {layer->out, in, 3, 3};
@@ -83,7 +84,7 @@ static void add_random(struct lf_tensors *t, struct ng_rng *rng, const struct la
     snprintf(name, sizeof name, "%s.bias", layer->name);
     float *b = lf_tensors_add(t, name, LF_F32, 1, shape);
     assert_true(w && b);
-    float bound = 1.7f / (float)fan_in;
+    float bound = size * 1.7f / (float)fan_in;
     for (uint64_t i = 0; i < layer->out * fan_in; i++)
         w[i] = ng_rng_range(rng, -bound, bound) * 2;
     for (uint32_t i = 0; i < layer->out; i++)
@@ -113,15 +114,15 @@ void network_write_physics(const char *path)
     write_network(&t, physics, path);
 }
 
-// `more`: inputs of the layer "z" besides, with so many channels.
-static void write_learned(const char *path, uint64_t seed, const char *more, uint32_t channels)
+// `more`: inputs of the layer "z" besides, with so many channels. `size`: of weights; 1 is common.
+static void write_learned(const char *path, uint64_t seed, const char *more, uint32_t channels, float size)
 {
     struct lf_tensors t = {0};
     struct ng_rng rng = ng_rng_make(seed, 1);
     char program[sizeof learned + 128];
     for (size_t i = 0; i < NG_COUNT(layers); i++)
         add_random(&t, &rng, &layers[i],
-                   layers[i].in + (layers[i].name[0] == 'z' && !layers[i].name[1] ? channels : 0));
+                   layers[i].in + (layers[i].name[0] == 'z' && !layers[i].name[1] ? channels : 0), size);
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
     snprintf(program, sizeof program, learned, more);
@@ -131,10 +132,15 @@ static void write_learned(const char *path, uint64_t seed, const char *more, uin
 
 void network_write_random(const char *path, uint64_t seed)
 {
-    write_learned(path, seed, "", 0);
+    write_learned(path, seed, "", 0, 1);
+}
+
+void network_write_overflowing(const char *path)
+{
+    write_learned(path, 1, "", 0, 1e20f);
 }
 
 void network_write_absolute(const char *path, uint64_t seed)
 {
-    write_learned(path, seed, ",\"light.power\",\"frame.mean_power\"", 4);
+    write_learned(path, seed, ",\"light.power\",\"frame.mean_power\"", 4, 1);
 }

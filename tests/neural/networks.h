@@ -10,7 +10,9 @@ void network_write_physics(const char *path);
 // A small network of every kind of operation that a family uses, with random weights: U-Nets in the encoding
 // and in the gather, means over VPLs and texels, gates of heads.
 void network_write_random(const char *path, uint64_t seed);
-// The same that also reads absolute positions and powers, as the paper's does.
+// The same with weights so large that nothing it gives is finite.
+void network_write_overflowing(const char *path);
+// A random one that also reads absolute positions and powers, as the paper's does.
 void network_write_absolute(const char *path, uint64_t seed);
 
 #endif

@@ -207,6 +207,29 @@ static void weights_that_do_not_fit_are_refused(void **state)
     assert_int_equal(log.errors, 2);
 }
 
+// Finite weights, products of which are not: light that is a number, and one line however often it is drawn.
+static void weights_that_overflow_are_said(void **state)
+{
+    NG_UNUSED(state);
+    struct room r;
+    struct method m;
+    struct test_log log;
+    room_open(&r, POINT | PANEL);
+    network_write_overflowing(r.weights);
+    method_open(&r, NULL, &m);
+    test_log_begin(&log);
+    for (int i = 0; i < 2; i++) {
+        draw_and_check(&r, &m);
+        room_move(&r, r.scene.camera, 0.1f, 0, 0);
+    }
+    test_log_end(&log);
+    assert_int_equal(log.warnings, 1);
+    assert_non_null(strstr(log.text, "not finite"));
+    assert_true(check_layer(&r, &m, "unshadowed") > 0); // not the network's
+    method_close(&m);
+    room_close(&r);
+}
+
 static void weights_are_found_beside_their_scene(void **state)
 {
     NG_UNUSED(state);
@@ -321,6 +344,7 @@ int main(void)
         cmocka_unit_test(materials_may_hold_anything),
         cmocka_unit_test(plain_kernels_draw_the_same),
         cmocka_unit_test(weights_that_do_not_fit_are_refused),
+        cmocka_unit_test(weights_that_overflow_are_said),
         cmocka_unit_test(weights_are_found_beside_their_scene),
         cmocka_unit_test(scaling_all_lights_scales_the_picture),
         cmocka_unit_test(a_light_without_power_changes_nothing),
