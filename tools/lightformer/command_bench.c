@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "json.h"
 #include "progress.h"
+#include "scene_file.h"
 
 #include "app/stage.h"
 #include "base/array.h"
@@ -499,9 +500,9 @@ static int run(const void *args)
                                          .threads = b->threads,
                                          .kernel = b->kernel,
                                          .json = b->json};
-    ng_result result = b->net         ? bench_net(&net)
-                       : b->reference ? bench_reference(&reference)
-                                      : measure_frames(b);
+    ng_result result = b->net ? NG_OK : scene_file_check(b->scene);
+    if (result == NG_OK)
+        result = b->net ? bench_net(&net) : b->reference ? bench_reference(&reference) : measure_frames(b);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;
 }
 

@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "output.h"
 #include "progress.h"
+#include "scene_file.h"
 
 #include "app/stage.h"
 #include "base/file.h"
@@ -157,6 +158,7 @@ static ng_result make_dataset(const struct dataset *d)
     struct ng_stage_params params = {
         .scene = d->scene, .device = d->device, .threads = d->threads, .needs_camera = true};
     struct ng_stage *stage;
+    NG_TRY(scene_file_check(d->scene));
     NG_TRY(ng_stage_create(&params, &stage));
     ng_result result = make(d, stage);
     ng_stage_destroy(&stage);

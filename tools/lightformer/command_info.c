@@ -3,6 +3,7 @@
 // Each of the three gathers first and prints then, as a table or as JSON from the same figures.
 #include "commands.h"
 #include "json.h"
+#include "scene_file.h"
 
 #include "asset/assets.h"
 #include "asset/gltf.h"
@@ -246,6 +247,7 @@ static ng_result info_scene(const char *path, bool json)
     struct ng_world *world = NULL;
     struct ng_assets *assets = NULL;
     struct ng_gltf_scene scene;
+    NG_TRY(scene_file_check(path));
     ng_result result = create_world(&world);
     if (result == NG_OK)
         result = ng_assets_create(&assets);

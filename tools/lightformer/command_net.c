@@ -106,7 +106,7 @@ static bool take_tensor(struct inputs *in, const struct lf_tensor *t, struct lig
 }
 
 // "light.3/vpl.offset" is input vpl.offset of light 3; without such a beginning it is the frame's.
-static ng_result sort_tensor(struct inputs *in, const struct lf_tensor *t)
+static ng_result sort_tensor(struct inputs *in, const struct lf_tensor *t, const char *path)
 {
     unsigned number;
     int length = 0;
@@ -120,7 +120,8 @@ static ng_result sort_tensor(struct inputs *in, const struct lf_tensor *t)
     }
     if (ok && take_tensor(in, t, light, t->name + length))
         return NG_OK;
-    ng_log_error("the tensor \"%s\" is no input of a network, or of another type or shape", t->name);
+    ng_log_error("%s: its tensor \"%s\" is no input of a network, or of another type or shape", path,
+                 t->name);
     return NG_ERROR_FORMAT;
 }
 
@@ -128,7 +129,7 @@ static ng_result read_inputs(const char *path, struct inputs *in)
 {
     NG_TRY(lf_tensors_read(path, &in->file));
     for (size_t i = 0; i < in->file.list.count; i++)
-        NG_TRY(sort_tensor(in, &in->file.list.items[i]));
+        NG_TRY(sort_tensor(in, &in->file.list.items[i], path));
     if (in->width && in->height)
         return NG_OK;
     ng_log_error("%s: has no tensor of a picture, such as pixel.mask", path);

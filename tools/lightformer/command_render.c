@@ -3,6 +3,7 @@
 #include "output.h"
 #include "progress.h"
 #include "render_reference.h"
+#include "scene_file.h"
 
 #include "app/stage.h"
 #include "base/file.h"
@@ -496,6 +497,7 @@ static ng_result check_outputs(const struct render *r)
 static ng_result render(struct job *job)
 {
     const struct render *r = job->render;
+    NG_TRY(scene_file_check(r->scene));
     NG_TRY(check_outputs(r));
     struct ng_stage_params params = {.scene = r->scene,
                                      .device = r->device,

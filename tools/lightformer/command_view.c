@@ -1,5 +1,6 @@
 // lightformer view: a scene in a window, with a person's hands on camera and clock.
 #include "commands.h"
+#include "scene_file.h"
 #include "view_panels.h"
 #include "view_picture.h"
 
@@ -156,6 +157,7 @@ static ng_result open_viewer(struct viewer *v)
     const struct view *args = v->args;
     struct ng_window_params window = {
         .title = ng_path_name(args->scene), .width = args->size.width, .height = args->size.height};
+    NG_TRY(scene_file_check(args->scene));
     NG_TRY(ng_window_create(&window, &v->window));
     struct ng_stage_params stage = {
         .scene = args->scene, .window = v->window, .device = args->device, .threads = args->threads};
