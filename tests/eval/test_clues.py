@@ -48,6 +48,10 @@ class Command(unittest.TestCase):
         with self.assertRaisesRegex(BadInput, "no shard of a data set is there; is /bin/true lightformer"):
             encode(renderer, Path(ROOT, "content/unit/light_point.glb"), 0)
 
+    def test_no_picture(self):
+        done = clues("--program", "/bin/true", "--pictures", scratch("none"))
+        self.assertEqual((done.returncode, done.stderr), (1, "error: /bin/true: made no picture; is it lightformer?\n"))
+
 
 class Sums(unittest.TestCase):
     def test_lights_count_by_their_shares(self):

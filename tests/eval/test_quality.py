@@ -103,6 +103,7 @@ class Command(unittest.TestCase):
             ("no/such.glb", "--scene", "no/such.glb"),
             ("lightformer render content/LICENSES.md", "--scene", "content/LICENSES.md", "--parts", "frames"),
             ("no such program", "--program", "/none"),
+            ("/bin/true: bench --json", "--program", "/bin/true", "--parts", "time"),
             ("none.safetensors", "none.safetensors", "--parts", "frames"),
         ):
             done = quality(*TINY, *arguments)

@@ -103,12 +103,18 @@ class Renderer:
         begun = time.monotonic()
         unfinished = path.with_name(f"unfinished-{os.getpid()}-{threading.get_ident()}.exr")
         printed = self.run("render", str(shot.scene), "-o", str(unfinished), *arguments)
-        os.replace(printed.strip(), path)  # numbered, if it is a frame
+        made = Path(printed.strip())  # numbered, if it is a frame
+        if not made.is_file():
+            raise BadInput(f"{self.program}: made no picture; is it lightformer?")
+        os.replace(made, path)
         print(f"{time.monotonic() - begun:8.1f} s  {' '.join(shot.options)}", file=sys.stderr)
 
     def measure(self, *arguments: str) -> dict:
         """What `lightformer bench --json` says."""
-        return json.loads(self.run("bench", *arguments, "--json"))
+        try:
+            return json.loads(self.run("bench", *arguments, "--json"))
+        except ValueError as error:
+            raise BadInput(f"{self.program}: bench --json: {error}; is it lightformer?") from None
 
     def run(self, *arguments: str) -> str:
         """What the program prints."""
