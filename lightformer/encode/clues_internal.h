@@ -229,7 +229,7 @@ NG_NODISCARD ng_result lf_mirror_light(const struct lf_encode_scene *scene,
                                        float *const direct[3], float *const bounce[3]);
 
 // wide.c: reflections averaged over several blocks, for wide lobes: who takes what of whom, by what their
-// rays met; and the averages. `scratch`: [pixels that reflect][channels].
+// rays met; and the averages. `scratch`: [pixels that are averaged][channels].
 NG_NODISCARD ng_result lf_wide_find(const struct lf_encode_scene *scene, struct lf_pixel_clues *out);
 void lf_wide_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                      uint32_t channels, float *scratch, float *const planes[]);
@@ -250,7 +250,7 @@ void lf_direct_at(const struct lf_encode_scene *scene, const struct lf_light_clu
 void lf_direct_view(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                     const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3]);
 
-// reach.c: how much of the light reaches pixels. `way` as lf_occluders_find leaves it; `scratch`: planes that
+// reach.c: how much of the light reaches pixels. `way` as lf_occluders_find leaves it; `rays`: planes that
 // are overwritten.
 void lf_reach_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                    const struct lf_light_clues *light, float *const way[5], const struct lf_block_rays *rays,
