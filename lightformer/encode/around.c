@@ -8,8 +8,7 @@
 #include <string.h>
 
 #define SIDE       8 // points of a block each way
-#define RAYS       2 // of a point
-#define DIRECTIONS (SIDE * SIDE * RAYS)
+#define DIRECTIONS (SIDE * SIDE * LF_AROUND_RAYS)
 _Static_assert(LF_AROUND_REACH == SIDE + 1, "a block whose outer points count half");
 
 // ---- rays ------------------------------------------------------------------------------------------------
@@ -24,7 +23,7 @@ struct casting {
 static void choose_direction(const struct casting *job, const float normal[3], uint32_t x, uint32_t y,
                              uint32_t ray, float out[3])
 {
-    const float *u = job->spiral[lf_block_choice(x, y) * RAYS + ray];
+    const float *u = job->spiral[lf_block_choice(x, y) * LF_AROUND_RAYS + ray];
     struct ng_local_direction l = ng_brdf_cosine(u[0], u[1], u[2]);
     const struct lf_frame frame = lf_frame_around(normal[0], normal[1], normal[2]);
     lf_lobe_to_world(&frame, &l, out);
@@ -53,7 +52,7 @@ static void cast_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     const struct casting *job = user;
     for (uint32_t y = begin; y < end; y++)
         for (uint32_t x = 0; x < job->pixels->grid_width; x++)
-            for (uint32_t ray = 0; ray < RAYS; ray++)
+            for (uint32_t ray = 0; ray < LF_AROUND_RAYS; ray++)
                 cast_at(job, x, y, ray);
 }
 
@@ -120,7 +119,7 @@ ng_result lf_around_cast(const struct lf_encode_scene *scene, struct lf_pixel_cl
     size_t points = lf_grid_points(out);
     if (!lf_encode_wants(scene, LF_INPUT_VIEW_GATHERED))
         return NG_OK;
-    if (!ng_array_resize(&out->around.ends, RAYS * points) ||
+    if (!ng_array_resize(&out->around.ends, LF_AROUND_RAYS * points) ||
         !ng_array_resize(&out->around.weights, LF_AROUND_PASSES * LF_AROUND_REACH * points))
         return ng_out_of_memory("the surroundings of a picture");
     lf_lobe_wind(DIRECTIONS, job.spiral);
@@ -165,11 +164,11 @@ static void add_channels(const float *ends, size_t points, float *out)
     for (size_t i = 0; i < points; i++)
         for (size_t c = 0; c < 3; c++) {
             float sum = 0;
-            for (size_t ray = 0; ray < RAYS; ray++) {
+            for (size_t ray = 0; ray < LF_AROUND_RAYS; ray++) {
                 const float *seen = ends + (ray * points + i) * LF_END_CHANNELS;
                 sum += seen[c] + seen[3 + c];
             }
-            out[c * points + i] = lf_finite(sum / RAYS);
+            out[c * points + i] = lf_finite(sum / LF_AROUND_RAYS);
         }
 }
 
@@ -207,11 +206,11 @@ ng_result lf_around_light(const struct lf_encode_scene *scene, const struct lf_p
                           struct lf_light_clues *light, float *const out[3])
 {
     size_t points = lf_grid_points(pixels);
-    if (!ng_array_resize(&light->around.list, (RAYS * LF_END_CHANNELS + 6) * points))
+    if (!ng_array_resize(&light->around.list, (LF_AROUND_RAYS * LF_END_CHANNELS + 6) * points))
         return ng_out_of_memory("the view of a light");
-    float *seen = light->around.list.items, *first = seen + RAYS * LF_END_CHANNELS * points,
+    float *seen = light->around.list.items, *first = seen + LF_AROUND_RAYS * LF_END_CHANNELS * points,
           *second = first + 3 * points;
-    lf_rays_light(scene, light, pixels->around.ends.items, (uint32_t)(RAYS * points), 0, seen);
+    lf_rays_light(scene, light, pixels->around.ends.items, (uint32_t)(LF_AROUND_RAYS * points), 0, seen);
     add_channels(seen, points, first);
     for (uint32_t pass = 0; pass < LF_AROUND_PASSES; pass++) {
         bool back = pass % 2; // to the first, after an even number of passes

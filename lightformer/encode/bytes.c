@@ -2,9 +2,6 @@
 // of pictures all of metal.
 #include "lightformer/encode/clues_internal.h"
 
-#define VIEW_PLANES 28 // of all view inputs, and scratch (encode.c)
-#define AROUND_RAYS 2  // of a point of the grid (around.c)
-
 struct picture {
     uint64_t pixels, points, rays, hits; // points: of the grid; hits: every ray may go on once
 };
@@ -12,7 +9,7 @@ struct picture {
 static struct picture measure(uint64_t width, uint64_t height, uint32_t mirror_rays)
 {
     struct picture p = {.pixels = width * height};
-    uint64_t budget = mirror_rays ? mirror_rays : p.pixels / 4 + 1;
+    uint64_t budget = lf_mirror_budget(p.pixels, mirror_rays);
     p.points = ((width + LF_GRID_STEP - 1) / LF_GRID_STEP) * ((height + LF_GRID_STEP - 1) / LF_GRID_STEP);
     p.rays = budget < p.pixels ? budget + 1 : p.pixels; // parts of it are rounded up
     p.hits = 2 * p.rays;
@@ -37,7 +34,7 @@ static uint64_t bytes_of_mirror(const struct picture *p)
 
 static uint64_t bytes_of_around(const struct picture *p)
 {
-    return p->points * (AROUND_RAYS * sizeof(struct lf_ray_end) +
+    return p->points * (LF_AROUND_RAYS * sizeof(struct lf_ray_end) +
                         (uint64_t)LF_AROUND_PASSES * LF_AROUND_REACH * sizeof(float));
 }
 
@@ -46,10 +43,11 @@ struct lf_encode_bytes lf_encode_bytes(uint32_t width, uint32_t height, uint32_t
     const struct picture p = measure(width, height, mirror_rays);
     const uint64_t plane = (p.pixels + LF_PLANE_GAP) * sizeof(float);
     const uint64_t grid = p.pixels * (sizeof(struct lf_grid_taps) + sizeof(uint32_t)); // and pixels alone
-    const uint64_t channels = 3 + AROUND_RAYS * LF_END_CHANNELS + 6; // bounce; rays around, and two averages
+    const uint64_t channels =
+        3 + LF_AROUND_RAYS * LF_END_CHANNELS + 6; // bounce; rays around, and two averages
     return (struct lf_encode_bytes){
         .pixels = LF_PIXEL_PLANES * plane + grid + bytes_of_mirror(&p) + bytes_of_around(&p),
-        .view = VIEW_PLANES * plane,
+        .view = LF_VIEW_PLANES * plane,
         .light = p.points * channels * sizeof(float) + bytes_shown(&p, LF_END_USED),
     };
 }

@@ -72,6 +72,12 @@ struct lf_mirror_lattice {
     NG_ARRAY(uint32_t) hit_at; // by place on the lattice: index of its hit + 1; 0: none
 };
 
+// Rays from the pixels of a picture at most, of all kinds, but for rounding. `wanted` of 0: a quarter.
+static inline uint64_t lf_mirror_budget(uint64_t pixels, uint32_t wanted)
+{
+    return wanted ? wanted : pixels / 4 + 1;
+}
+
 struct lf_mirror {
     NG_ARRAY(unsigned char) kinds; // enum lf_mirror_kind of each pixel
     struct lf_mirror_lattice lattices[LF_MIRROR_KINDS];
@@ -86,6 +92,7 @@ struct lf_mirror {
 
 // Rays over the hemisphere of every point of the grid, and what is taken of those of its neighbours, pass by
 // pass.
+#define LF_AROUND_RAYS   2 // of a point
 #define LF_AROUND_REACH  9
 #define LF_AROUND_PASSES 4
 struct lf_around {
@@ -94,6 +101,7 @@ struct lf_around {
 };
 
 #define LF_PIXEL_PLANES 32 // of all inputs, and what is kept beside them
+#define LF_VIEW_PLANES  28 // of all inputs of a light's view, and scratch
 // Floats between the planes of one input and the next. Without, the same pixel of all planes of a picture of
 // 512 x 512 would compete for one set of a cache.
 #define LF_PLANE_GAP    208

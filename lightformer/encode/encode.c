@@ -5,6 +5,7 @@
 #include "lightformer/trace/vec.h"
 #include "render/light_gpu.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -183,7 +184,7 @@ ng_result lf_encode_pixels(const struct lf_encode_scene *scene, const struct lf_
     NG_REQUIRE(params->width && params->height, "a picture has pixels");
     uint64_t begin = ng_clock_ns();
     uint64_t pixels = (uint64_t)params->width * params->height;
-    uint32_t budget = params->mirror_rays ? params->mirror_rays : (uint32_t)(pixels / 4 + 1);
+    uint32_t budget = (uint32_t)lf_mirror_budget(pixels, params->mirror_rays);
     NG_TRY(lf_pixels_read(scene, params, out));
     out->ms[LF_ENCODE_PIXELS] = lf_encode_lap(&begin);
     NG_TRY(lf_mirror_cast(scene, budget, out));
@@ -313,9 +314,8 @@ static bool wants_mirror(const struct lf_encode_scene *s)
 static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, struct lf_light_clues *l,
                          struct view_planes *out)
 {
-    enum { PLANES = 28 };
     struct lf_floats *memory = scene->view ? &scene->view->floats : &l->view;
-    if (!ng_array_resize(&memory->list, PLANES * (count + LF_PLANE_GAP)))
+    if (!ng_array_resize(&memory->list, LF_VIEW_PLANES * (count + LF_PLANE_GAP)))
         return ng_out_of_memory("the view of a light");
     l->pixel_count = count;
     float *next = memory->list.items;
@@ -330,6 +330,7 @@ static ng_result lay_out(const struct lf_encode_scene *scene, size_t count, stru
     for (size_t i = 0; i < NG_COUNT(parts); i++, next += LF_PLANE_GAP)
         for (int c = 0; c < parts[i].channels; c++, next += count)
             parts[i].planes[c] = next;
+    assert(next == memory->list.items + LF_VIEW_PLANES * count + NG_COUNT(parts) * LF_PLANE_GAP);
     const struct {
         enum lf_net_input input;
         const float *plane;
