@@ -126,7 +126,7 @@ class Training(unittest.TestCase):
         broken.network.parameter.data[0] = math.nan
         with self.assertRaisesRegex(Stopped, "not numbers; lower --rate"):
             broken._save_checkpoint()
-        with self.assertRaisesRegex(Stopped, "loss of step 0 is not a number"):
+        with self.assertRaisesRegex(Stopped, "loss of step 0 is not a number; lower --rate, or look for damage"):
             broken.run()
         self.assertFalse((SCRATCH / "far.safetensors").exists() or (SCRATCH / "far.html").exists())
 

@@ -248,7 +248,10 @@ class Trainer:
         self.processes.average([*(p.grad for p in parameters), mean_loss])
         loss = float(mean_loss)
         if not math.isfinite(loss):  # in one process, so all of them stop
-            raise Stopped(f"the loss of step {self.step} is not a number; lower --rate")
+            raise Stopped(
+                f"the loss of step {self.step} is not a number; lower --rate, or look for damage in the data "
+                "(lightformer dataset --check)"
+            )
         torch.nn.utils.clip_grad_norm_(parameters, GRADIENT_LIMIT)
         self.optimizer.step()
         self._average_weights()
