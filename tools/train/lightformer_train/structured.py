@@ -11,8 +11,11 @@ Of each light k (unit power; shares weigh the sums over lights, so that all is l
                  resolution: albedo * (factor * bounce + factor * gathered + residue)
                  + (F0 + b) * ((radiance + factor * bounce) * part of the lobe that meets something + gated mirror clue)
 
-Nothing is absolute: lengths are in units of the scene and positions relative to light or eye, so moving or scaling the
-scene changes nothing.
+Lengths are in units of the scene's radius R and positions relative to light or eye, so moving or scaling the whole
+scene changes nothing. R itself is absolute: UNIT, and whatever else is learned, hold for the ratio of R to the size of
+what is lit that the data have. Chess, whose ratio is always the same, loses T_i where R says more than the light does:
+6 % of it where R (scene_scale) is 1.3 times as large, 21 % where twice, 50 % where four times, two thirds where a pawn
+stands 12 m behind the closed wall. Scenes of other sizes want data with such ratios.
 """
 
 from dataclasses import dataclass
