@@ -6,8 +6,10 @@ import math
 import os
 import resource
 import shlex
+import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import unittest
@@ -344,6 +346,60 @@ class Data(unittest.TestCase):
         for name in INPUTS:
             if "mirror" in name:
                 self.assertEqual(float(batch.inputs[name].abs().max()), 0, name)
+
+
+class Radii(unittest.TestCase):
+    """A scene of twice the radius has other units and the same light."""
+
+    # Depends on where the RSM's rays are, which its random numbers and rounding decide.
+    SAMPLED = {"texel", "bounce", "gathered", "mirror", "mirror_bounce", "mirror_albedo", "glossy_reached", "occluder"}
+
+    @staticmethod
+    def inputs(name: str, times: float) -> dict[str, torch.Tensor]:
+        """Of a frame of Chess with so many times its radius."""
+        glb = (ROOT / "content/chess/chess.glb").read_bytes()
+        (length,) = struct.unpack_from("<I", glb, 12)
+        content = json.loads(glb[20 : 20 + length])
+        content["scenes"][0]["extensions"]["NG_scene"]["components"]["scene_scale"]["radius"] *= times
+        text = json.dumps(content).encode()
+        text += b" " * (-len(text) % 4)
+        size = len(glb) - length + len(text)
+        scene, folder = SCRATCH / f"{name}.glb", SCRATCH / name
+        scene.write_bytes(glb[:8] + struct.pack("<II", size, len(text)) + glb[16:20] + text + glb[20 + length :])
+        command = [os.environ["LIGHTFORMER"], "dataset", str(scene), "-o", str(folder)]
+        options = "--count 1 --size 48 --crop 0 --crops 1 --spp 1 --seed 5".split()
+        subprocess.run([*command, *options], check=True, stdout=subprocess.DEVNULL)
+        tensors, _ = weights.map_tensors(next(folder.glob("*.safetensors")))
+        return {input: torch.from_numpy(tensors[f"5/{input}"].copy()).float() for input in INPUTS}
+
+    def test_units_are_what_differs(self):
+        for name, times in (("once", 1.0), ("twice", 2.0)):
+            shutil.rmtree(SCRATCH / name, ignore_errors=True)
+            found = self.inputs(name, times)
+            data._divide_radius(found, times)
+            one = found if times == 1 else one
+        for name in INPUTS:
+            expected, error = one[name], (found[name] - one[name]).square().sum()
+            sampled = bool(set(name.split(".")) & self.SAMPLED) or name == "pixel.mirror"
+            with self.subTest(name):
+                self.assertLessEqual(float(error), (3e-2 if sampled else 1e-3) * float(expected.square().sum()))
+
+    def test_targets_stay_and_the_default_draws_nothing(self):
+        whole = Dataset([SCRATCH / "data"])
+        crops = whole.crops[:6:2]
+        kinds = {f"{crop.seed}/light.kind": np.float32([[1, 0, 0], [0, 1, 0]]) for crop in crops}
+        kinds[f"{crops[2].seed}/light.kind"] = np.float32([[0, 0, 1], [0, 1, 0]])  # one is at infinity
+        whole.shards[0] = whole.shards[0] | kinds
+        exact = Options(augment=False, mirror_dropout=0, vpls=24, texels=48)
+        plain, other = (
+            whole.batch(crops, replace(exact, radii=radii), np.random.default_rng(3)) for radii in (1.0, 4.0)
+        )
+        for name in ("unshadowed", "direct", "indirect", "unit"):
+            self.assertTrue(torch.equal(getattr(plain, name), getattr(other, name)))
+        ratio = other.inputs["frame.radiance"] / plain.inputs["frame.radiance"]
+        self.assertTrue(((ratio > 1 / 16) & (ratio < 16)).all())
+        self.assertEqual([float(x) == 1 for x in ratio], [False, False, True])
+        self.assertTrue(torch.equal(plain.unit, plain.inputs["frame.radiance"]))
 
 
 class Commands(unittest.TestCase):

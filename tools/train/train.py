@@ -24,7 +24,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 try:
     from lightformer_train import families, program, weights
-    from lightformer_train.arguments import SEEDS, Parser, positive, whole
+    from lightformer_train.arguments import SEEDS, Parser, factor, positive, whole
     from lightformer_train.data import Dataset, required_inputs
     from lightformer_train.training import Settings, Stopped, Trainer
 except ModuleNotFoundError as missing:
@@ -54,6 +54,13 @@ def parse() -> argparse.Namespace:
     add("--perceptual", default=Settings.perceptual, choices=("differences", "vgg"), help="term of eq. 8")
     add("--vpls", type=whole(1), default=Settings.vpls, help="of a light in a step (default %(default)s)")
     add("--texels", type=whole(1), default=Settings.texels, help="of a light in a step (default %(default)s)")
+    add(
+        "--radii",
+        type=factor,
+        default=Settings.radii,
+        metavar="S",
+        help="scenes as if their radius were 1 / S to S times as large, for networks of scenes of any size (default 1)",
+    )
     add("--threads", type=whole(0, 1024), default=Settings.threads, help="of a process; default: all cores")
     return parser.parse_args()
 

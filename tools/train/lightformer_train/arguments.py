@@ -30,6 +30,17 @@ def whole(least: int, most: int = 10**9) -> Callable[[str], int]:
     return parse
 
 
+def factor(text: str) -> float:
+    """Type of an option: a number that is not below one."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 1 <= value <= 1000:
+        raise argparse.ArgumentTypeError(f"a number from 1 to 1000 is needed, not {text!r}")
+    return value
+
+
 def positive(text: str) -> float:
     """Type of an option: a number above zero."""
     try:

@@ -24,6 +24,11 @@ TARGETS = ("target.unshadowed", "target.shadow", "target.indirect")
 # Inputs of three channels that turn with the world; the others of three channels are colours.
 VECTORS = {name for name in INPUTS if name.rpartition(".")[2] in ("position", "offset", "normal", "view", "direction")}
 NEITHER = {"light.kind"}
+# What the radius R of the scene is in: divided by it, by its square, or multiplied by that.
+LENGTHS = {name for name in INPUTS if name.rpartition(".")[2] in ("position", "offset", "distance", "occluder")}
+POWERS = {"frame.radiance", "frame.mean_power", "light.power"}
+RADIANCES = {"pixel.mirror_emission", *(f"view.{x}" for x in ("diffuse", "glossy", "bounce", "gathered"))}
+RADIANCES |= {"view.mirror", "view.mirror_bounce"}
 MIRROR = {name for name in INPUTS if "mirror" in name}
 
 
@@ -40,6 +45,7 @@ class Options:
     texels: int = 512
     augment: bool = True
     mirror_dropout: float = 0.15  # of the crops, the mirror clue is missing
+    radii: float = 1.0  # crops are as if the scene's radius were up to so many times larger or smaller
     names: frozenset[str] = frozenset(INPUTS)  # inputs that are read
 
 
@@ -54,7 +60,8 @@ class Crop:
 
 @dataclass
 class Batch:
-    """What a step learns from. Targets: [B, 3, h, w] radiance; `weight`: 1 where a pixel counts."""
+    """What a step learns from. Targets: [B, 3, h, w] radiance; `weight`: 1 where a pixel counts; `unit`: [B, 1], the
+    frame.radiance that a frame has by its scene's own radius, whatever radius was drawn."""
 
     inputs: dict[str, Tensor]
     lights: Lights
@@ -62,6 +69,7 @@ class Batch:
     direct: Tensor
     indirect: Tensor
     weight: Tensor
+    unit: Tensor
 
     def to(self, device: torch.device) -> "Batch":
         """The same on a device."""
@@ -72,7 +80,7 @@ class Batch:
             self.lights.owner.to(device),
             {name: rows.to(device) for name, rows in self.lights.rows.items()},
         )
-        moved = (x.to(device) for x in (self.unshadowed, self.direct, self.indirect, self.weight))
+        moved = (x.to(device) for x in (self.unshadowed, self.direct, self.indirect, self.weight, self.unit))
         return Batch({name: x.to(device) for name, x in self.inputs.items()}, lights, *moved)
 
 
@@ -146,7 +154,13 @@ class Dataset:
         targets = {name: torch.stack([part[name] for part in parts]) for name in TARGETS}
         unshadowed, shadow, indirect = (targets[name] for name in TARGETS)
         return Batch(
-            inputs, Lights(len(parts), owner, rows), unshadowed, unshadowed * shadow, indirect, inputs["pixel.mask"]
+            inputs,
+            Lights(len(parts), owner, rows),
+            unshadowed,
+            unshadowed * shadow,
+            indirect,
+            inputs["pixel.mask"],
+            torch.stack([part["unit"] for part in parts]),
         )
 
 
@@ -166,7 +180,8 @@ def _load(
     wanted = {"vpl": options.vpls, "texel": options.texels}
     chosen = {name: _choose_rows(shard, crop, name, count, random) for name, count in wanted.items()}
     part = {}
-    for name in (*sorted(options.names | {"light.share"}), *TARGETS):
+    others = {"light.share", "frame.radiance"} | ({"pixel.mirror_missed"} if "pixel.mirror" in options.names else set())
+    for name in (*sorted(options.names | others), *TARGETS):
         array = shard[f"{crop.seed}/{name}"]
         domain = INPUTS[name].domain if name in INPUTS else "pixel"
         if domain in PICTURES:
@@ -184,7 +199,24 @@ def _load(
         if name in VECTORS:
             values *= signs.reshape(-1, *(1,) * (array.ndim - axis - 1))
         part[name] = values
+    part["unit"] = part["frame.radiance"].clone()
+    # The power of a light at infinity follows from the radius, too, and so do the shares of all.
+    if options.radii > 1 and not shard[f"{crop.seed}/light.kind"][:, 2].any():
+        _divide_radius(part, options.radii ** random.uniform(-1, 1))
     return part
+
+
+def _divide_radius(part: dict[str, Tensor], by: float) -> None:
+    """As if the scene had a smaller radius, which changes its units and not its light: targets stay."""
+    for name in LENGTHS & part.keys():
+        part[name] *= by
+    for name in POWERS & part.keys():
+        part[name] *= by**2
+    for name in RADIANCES & part.keys():
+        part[name] /= by**2
+    if "pixel.mirror" in part:  # of 1 / (1 + distance) over the rays that meet something; exact where these are alike
+        near, met = part["pixel.mirror"], 1 - part["pixel.mirror_missed"]
+        part["pixel.mirror"] = met * near / (near + by * (met - near).clamp_min(0)).clamp_min(1e-6)
 
 
 _IDENTITY = np.arange(3), torch.ones(3), np.arange(3), 1

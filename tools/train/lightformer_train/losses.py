@@ -44,7 +44,7 @@ def radiance_unit(batches: Iterable[Batch]) -> float:
 
 
 def _frame(batch: Batch) -> Tensor:
-    return batch.inputs["frame.radiance"].clamp_min(1e-20)[:, :, None, None]
+    return batch.unit.clamp_min(1e-20)[:, :, None, None]
 
 
 class Loss:

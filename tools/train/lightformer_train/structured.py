@@ -15,7 +15,7 @@ Lengths are in units of the scene's radius R and positions relative to light or 
 scene changes nothing. R itself is absolute: UNIT, and whatever else is learned, hold for the ratio of R to the size of
 what is lit that the data have. Chess, whose ratio is always the same, loses T_i where R says more than the light does:
 6 % of it where R (scene_scale) is 1.3 times as large, 21 % where twice, 50 % where four times, two thirds where a pawn
-stands 12 m behind the closed wall. Scenes of other sizes want data with such ratios.
+stands 12 m behind the closed wall. Scenes of other sizes want data with such ratios (train.py --radii draws them).
 """
 
 from dataclasses import dataclass

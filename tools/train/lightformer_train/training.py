@@ -54,6 +54,7 @@ REPEATED = (
     "vpls",
     "texels",
     "threads",
+    "radii",
 )
 
 
@@ -79,6 +80,7 @@ class Settings:
     vpls: int = 128
     texels: int = 512
     threads: int = 0  # 0: all
+    radii: float = 1.0  # of scenes, drawn from 1 / radii to radii times their own
 
     def command(self, folders: list[Path], steps: int) -> str:
         """What repeats it, where the data are; it does not depend on where that is, or on the output's name."""
@@ -126,7 +128,7 @@ class Trainer:
             self._check_targets()
         self.optimizer = torch.optim.Adam(self.network.parameters(), lr=settings.rate)
         names = data.required_inputs(self.network.checked)
-        self.options = data.Options(settings.vpls, settings.texels, names=names)
+        self.options = data.Options(settings.vpls, settings.texels, radii=settings.radii, names=names)
         self.loss = losses.Loss(losses.Weights(), self._radiance_unit(), self._perceptual(root))
         self.history = History()
         self.step, self.total = 0, settings.steps
@@ -172,7 +174,7 @@ class Trainer:
 
     def _batches(self, crops: list[Crop], options: data.Options) -> Iterator[Batch]:
         """Crops as they are."""
-        plain = replace(options, augment=False, mirror_dropout=0)
+        plain = replace(options, augment=False, mirror_dropout=0, radii=1.0)
         size = self.settings.batch
         for first in range(0, len(crops), size):
             group = crops[first : first + size]
