@@ -30,6 +30,15 @@ class Ablations(unittest.TestCase):
         self.assertIn("paper-small-without-attention", names)
         self.assertEqual(names, sorted(set(names), key=names.index))
 
+    def test_chosen(self):
+        """By part, by name; what there is not is refused."""
+        chosen = ablations(DATA, "--list", "--only", "mirror", "paper-small-without-attention").stdout.split()
+        without = ["structured-small-without-mirror", "paper-small-without-attention"]
+        self.assertEqual(sorted(chosen), sorted(["structured-small", "paper-small", *without]))
+        done = ablations(DATA, "--list", "--only", "miror")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--only miror", done.stderr)
+
     def test_usage(self):
         """What the judging would refuse is refused before anything is trained."""
         shutil.rmtree(OUT, ignore_errors=True)

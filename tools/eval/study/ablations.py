@@ -68,20 +68,24 @@ def parse(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
         metavar="PRESET",
         help="families at their widths (default: structured-small paper-small)",
     )
-    add("--only", nargs="+", metavar="PART", help="leave out only these; none: no part")
+    add("--only", nargs="+", metavar="PART", help="leave out only these parts, or networks of --list; none: no part")
     add("--list", action="store_true", help="print the names of the networks and do nothing")
     add("--out", type=Path, default=ROOT / "out/ablations", metavar="DIR", help="default out/ablations")
-    return parser.parse_known_args(arguments)
+    options, others = parser.parse_known_args(arguments)
+    try:
+        options.chosen = choose(options.presets, options.only)
+    except ValueError as error:
+        parser.error(str(error))
+    return options, others
 
 
 def choose(presets: list[str], only: list[str] | None) -> list[Ablation]:
-    """Each preset whole and without each of its parts."""
-    return [
-        Ablation(preset, part)
-        for preset in presets
-        for part in ("", *families.parts(preset))
-        if not part or only is None or part in only
-    ]
+    """Each preset whole and without each of its parts, or those of them that are named."""
+    every = [Ablation(preset, part) for preset in presets for part in ("", *families.parts(preset))]
+    unknown = set(only or ()) - {"none"} - {word for a in every for word in (a.without, a.name)}
+    if unknown:
+        raise ValueError(f"--only {min(unknown)}: no part of {', '.join(presets)}; --list shows what there is")
+    return [a for a in every if not a.without or only is None or {a.without, a.name} & set(only)]
 
 
 def file_of(ablation: Ablation, options: argparse.Namespace) -> Path:
@@ -202,7 +206,7 @@ def study(options: argparse.Namespace, judging: argparse.Namespace, chosen: list
 def main() -> int:
     """The command."""
     options, others = parse(sys.argv[1:])
-    chosen = choose(options.presets, options.only)
+    chosen = options.chosen
     if options.list:
         print("\n".join(ablation.name for ablation in chosen))
         return 0
