@@ -68,7 +68,7 @@ static bool is_free(const struct lf_plan *plan, const struct life *lives, size_t
 
 bool lf_plan_share_images(struct lf_plan *plan)
 {
-    struct life *lives = malloc((plan->images.count + 1) * sizeof *lives);
+    struct life *lives = calloc(plan->images.count + 1, sizeof *lives);
     if (!lives)
         return false;
     find_lives(plan, lives);
