@@ -27,7 +27,6 @@ PARTS = {
     "unseen": "networks on scenes with something that no training showed",
 }
 RESULT = "quality.json"
-MOST_PATHS = 256  # samples a pixel, in the search for the error of the first network
 AT_ONCE = 2  # methods being judged: figures of one are computed, by one thread, while another's picture is made
 
 
@@ -59,6 +58,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     )
     add("--unseen-frames", type=positive, default=5, metavar="N", help="test frames of each (default 5)")
     add("--unseen-spp", type=positive, default=128, metavar="N", help="of their references (default 128)")
+    add("--most-paths", type=positive, default=256, metavar="N", help="spp of the part oidn's search (default 256)")
     add("--moving", type=Path, default=ROOT / "content/chess/flight.glb", metavar="FILE", help="scene of the sequence")
     add("--moving-frames", type=positive, default=30, metavar="N", help="of the sequence (default 30)")
     add("--moving-size", type=positive, default=256, metavar="N", help="pixels a side (default 256)")
@@ -247,7 +247,7 @@ class Study:
 
     def _climb(self, quality: str, goal: float) -> list[dict]:
         steps, spp = [], 1
-        while spp <= MOST_PATHS and not (steps and steps[-1]["rse"]["mean"] <= goal):
+        while spp <= self.options.most_paths and not (steps and steps[-1]["rse"]["mean"] <= goal):
             method = methods.denoised(spp, quality)
             found = []
             for seed in range(self.options.seeds, self.options.seeds + self.options.frames):
