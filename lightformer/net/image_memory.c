@@ -1,5 +1,6 @@
-// Which images of the executor share memory: those of equal shape of which one is read for the last time
-// before the other is written. Equal shapes only, as then nobody writes the border, and it stays zero.
+// Which images of the executor share memory: those of equal size, of any number of rows, of which one is read
+// for the last time before the other is written. Of equal size, as then the columns of zeros at both sides
+// coincide and nobody writes there; lines above and below are cleared before each use (executor.c).
 #include "lightformer/net/plan_internal.h"
 
 #include <stdlib.h>
@@ -35,7 +36,8 @@ static void find_lives(const struct lf_plan *plan, struct life *lives)
     }
 }
 
-// Rows that only fill up a product's operand are never written, and must stay zero.
+// Rows that only fill up a product's operand are never written. Their weights are zero, but what another
+// image left there might not be finite.
 static bool has_spare_rows(const struct lf_plan *plan, const struct lf_image_plan *image)
 {
     uint32_t channels = plan->net->values.items[image->value].channels;

@@ -18,8 +18,9 @@ static ng_result check_notes(const struct lf_net *net, const char *path)
         return NG_ERROR_FORMAT;
     }
     if (!version || strcmp(version, VERSION) != 0) {
-        ng_log_error("%s: is a network of version \"%s\"; this program reads version " VERSION, path,
-                     version ? version : "");
+        ng_log_error("%s: is a network of version \"%s\"; this program reads version " VERSION
+                     "; use one that is as new",
+                     path, version ? version : "");
         return NG_ERROR_FORMAT;
     }
     const char *inputs = lf_net_note(net, "inputs");

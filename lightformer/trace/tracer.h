@@ -102,15 +102,16 @@ void lf_trace_packet_occluded(const struct lf_tracer *tracer, struct lf_packet *
 uint32_t lf_trace_bare(const struct lf_tracer *tracer, const struct lf_ray *rays, uint32_t count);
 
 // How far off a surface at a position rays begin, so that they do not meet the surface they start on: a part
-// of the scene's size; and where it lies far from the origin, some of the steps that numbers have there.
+// of the scene's radius R; and where it lies far from the origin, some of the steps that numbers have there.
+// Of the largest coordinate m: 1e-5 R up to m = R, 1e-5 m up to 2 R, 2e-5 R up to 20 R, then 1e-6 m.
 static inline float lf_trace_offset(float scene_radius, float x, float y, float z)
 {
-    float size = 2 * scene_radius, most = fabsf(x);
-    most = fabsf(y) > most ? fabsf(y) : most;
-    most = fabsf(z) > most ? fabsf(z) : most;
-    size = size > 0.1f * most ? size : 0.1f * most;
-    most = most < size ? most : size;
-    return 1e-5f * (most > scene_radius ? most : scene_radius);
+    float m = fabsf(x);
+    m = fabsf(y) > m ? fabsf(y) : m;
+    m = fabsf(z) > m ? fabsf(z) : m;
+    float most = 2 * scene_radius > 0.1f * m ? 2 * scene_radius : 0.1f * m;
+    float size = m < most ? m : most;
+    return 1e-5f * (size > scene_radius ? size : scene_radius);
 }
 
 // An origin off a surface at `position` with geometric `normal`, by that much on the side of `direction`.

@@ -310,7 +310,8 @@ static bool was_given(const struct parser *p, const char *name)
     return false;
 }
 
-// Of options that were given together, or alone: nothing that was asked for is ignored.
+// Of options that were given together, or alone: what has no meaning without another, or beside it, is
+// refused.
 static enum cli_parsed check_company(const struct parser *p)
 {
     for (size_t i = 0; i < p->command->option_count; i++) {

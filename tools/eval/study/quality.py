@@ -99,11 +99,14 @@ def seed(text: str) -> int:
 def read_json(path: Path) -> dict:
     """Of a study."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise BadInput(f"{path}: {os.strerror(error.errno)}") from error
     except ValueError as error:
         raise BadInput(f"{path}: {error}") from error
+    if not isinstance(found, dict):
+        raise BadInput(f"{path}: not the result of a study")
+    return found
 
 
 class Study:
@@ -130,10 +133,10 @@ class Study:
         }
         fresh = {"settings": settings, "made": {}} | self.notes
         try:
-            earlier = json.loads((o.out / RESULT).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            earlier = read_json(o.out / RESULT)
+        except BadInput:
             return fresh
-        if earlier.get("settings") != settings:
+        if earlier.get("settings") != settings or not isinstance(earlier.get("made", {}), dict):
             return fresh
         parts = {name: earlier[name] for name in PARTS if name in earlier}
         return fresh | {"made": {name: tables.made(earlier, name) for name in parts}} | parts

@@ -145,6 +145,9 @@ def main() -> int:
     except BadInput as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
+    except KeyError as error:
+        print(f"error: {options.study}: its result lacks {error}; run tools/eval/quality again", file=sys.stderr)
+        return 1
     return 0
 
 

@@ -408,6 +408,8 @@ class Trainer:
             raise
         except OSError as error:
             raise weights.unreadable(self._checkpoint, error) from None
+        except MemoryError:
+            raise
         except Exception as error:  # damaged bytes make the unpickler, and what it calls, raise anything
             said = str(error).splitlines()
             reason = said[0] if said else type(error).__name__
