@@ -60,6 +60,8 @@ def start_group(*commands: list[str]) -> list[subprocess.Popen]:
 
 
 def setUpModule() -> None:
+    shutil.rmtree(SCRATCH, ignore_errors=True)  # of a run before
+    SCRATCH.mkdir(parents=True)
     dataset(SCRATCH / "data")
 
 
