@@ -32,21 +32,19 @@ def whole(least: int, most: int = 10**9) -> Callable[[str], int]:
 
 def factor(text: str) -> float:
     """Type of an option: a number that is not below one."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 1 <= value <= 1000:
-        raise argparse.ArgumentTypeError(f"a number from 1 to 1000 is needed, not {text!r}")
-    return value
+    return _number(text, lambda value: 1 <= value <= 1000, "a number from 1 to 1000 is needed")
 
 
 def positive(text: str) -> float:
     """Type of an option: a number above zero."""
+    return _number(text, lambda value: 0 < value <= 1e9, "a number above 0 is needed, up to 1e9")
+
+
+def _number(text: str, fits: Callable[[float], bool], wanted: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        value = 0.0
-    if not 0 < value <= 1e9:
-        raise argparse.ArgumentTypeError(f"a number above 0 is needed, up to 1e9, not {text!r}")
+        value = 0.0  # which fits no option
+    if not fits(value):
+        raise argparse.ArgumentTypeError(f"{wanted}, not {text!r}")
     return value
