@@ -1,0 +1,41 @@
+// What a ray meets: hits from what Embree tells of them, and which of them a query takes.
+#include "lightformer/trace/embree_internal.h"
+
+bool lf_accepts(const struct lf_query *q, const struct lf_slot *s, const struct RTCRay *ray,
+                const struct RTCHit *h)
+{
+    struct lf_hit hit;
+    if (q->passes != NG_NONE && s->seen.light == q->passes)
+        return false;
+    if (!q->visit && (q->kind == LF_RAY_ALL || s->seen.flags & NG_INSTANCE_DOUBLE_SIDED))
+        return true;
+    lf_describe(s, ray, h, &hit);
+    if (q->visit)
+        q->visit(q->user, &hit);
+    return !q->visit && hit.front;
+}
+
+void lf_filter_query(const struct RTCFilterFunctionNArguments *a)
+{
+    for (unsigned int i = 0; i < a->N; i++) {
+        if (!a->valid[i])
+            continue;
+        struct RTCRay ray = lf_ray_of(a->ray, a->N, i);
+        struct RTCHit hit = lf_hit_of(a->hit, a->N, i);
+        if (!lf_accepts((const void *)a->context, a->geometryUserPtr, &ray, &hit))
+            a->valid[i] = 0;
+    }
+}
+
+void lf_filter_mask(const struct RTCFilterFunctionNArguments *a)
+{
+    const struct lf_slot *s = a->geometryUserPtr;
+    for (unsigned int i = 0; i < a->N; i++) {
+        if (!a->valid[i])
+            continue;
+        struct RTCHit hit = lf_hit_of(a->hit, a->N, i);
+        const float barycentric[2] = {hit.u, hit.v};
+        if (lf_surface_is_cut(s->tracer, s->instance, hit.primID, barycentric))
+            a->valid[i] = 0;
+    }
+}

@@ -1,0 +1,242 @@
+// Rays, one by one and in packets: from the tracer's terms to Embree's and back.
+#include "lightformer/trace/embree_internal.h"
+#include "lightformer/trace/vec.h"
+
+// In place: what is written member by member and then copied as a whole waits for the stores.
+static void aim(const struct lf_ray *ray, struct RTCRay *out)
+{
+    out->org_x = ray->origin[0];
+    out->org_y = ray->origin[1];
+    out->org_z = ray->origin[2];
+    out->tnear = ray->near;
+    out->dir_x = ray->direction[0];
+    out->dir_y = ray->direction[1];
+    out->dir_z = ray->direction[2];
+    out->time = 0;
+    out->tfar = ray->far;
+    out->mask = UINT32_MAX;
+    out->id = 0;
+    out->flags = 0;
+}
+
+static void begin_query(enum lf_ray_kind kind, lf_trace_fn visit, void *user, struct lf_query *out)
+{
+    rtcInitIntersectContext(&out->context);
+    out->kind = kind;
+    out->passes = NG_NONE;
+    out->visit = visit;
+    out->user = user;
+    if (visit || kind == LF_RAY_CAMERA)
+        out->context.filter = lf_filter_query;
+}
+
+// Of LF_RAY_ALL. `light`: whose emitter is passed, or NG_NONE.
+static void begin_passing(uint32_t light, struct lf_query *out)
+{
+    begin_query(LF_RAY_ALL, NULL, NULL, out);
+    out->passes = light;
+    if (light != NG_NONE)
+        out->context.filter = lf_filter_query;
+}
+
+static bool intersect(RTCScene scene, const struct lf_ray *ray, struct lf_query *q, struct RTCRayHit *out)
+{
+    aim(ray, &out->ray);
+    out->hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    out->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene, &q->context, out);
+    return out->hit.geomID != RTC_INVALID_GEOMETRY_ID;
+}
+
+bool lf_trace_closest(const struct lf_tracer *t, const struct lf_ray *ray, enum lf_ray_kind kind,
+                      struct lf_hit *out)
+{
+    struct lf_query q;
+    struct RTCRayHit rayhit;
+    begin_query(kind, NULL, NULL, &q);
+    if (!intersect(t->scene, ray, &q, &rayhit))
+        return false;
+    lf_describe(&t->slots[rayhit.hit.geomID], &rayhit.ray, &rayhit.hit, out);
+    return true;
+}
+
+bool lf_trace_shadowed(const struct lf_tracer *t, const struct lf_ray *ray, uint32_t light)
+{
+    struct lf_query q;
+    struct RTCRay r;
+    begin_passing(light, &q);
+    aim(ray, &r);
+    rtcOccluded1(t->scene, &q.context, &r);
+    return r.tfar < 0;
+}
+
+bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
+{
+    return lf_trace_shadowed(t, ray, NG_NONE);
+}
+
+// As Embree wants them; what is no ray is not valid.
+static void aim_side_by_side(const struct lf_packet *p, struct lf_query *q, int valid[LF_PACKET],
+                             struct RTCRayHit16 *out)
+{
+    begin_passing(p->passes, q);
+    q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    *out = (struct RTCRayHit16){0};
+    for (int i = 0; i < LF_PACKET; i++) {
+        valid[i] = p->far[i] > 0 ? -1 : 0;
+        out->ray.mask[i] = UINT32_MAX;
+        out->hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    memcpy(&out->ray.org_x, p->origin[0], sizeof p->origin[0]);
+    memcpy(&out->ray.org_y, p->origin[1], sizeof p->origin[1]);
+    memcpy(&out->ray.org_z, p->origin[2], sizeof p->origin[2]);
+    memcpy(&out->ray.dir_x, p->direction[0], sizeof p->direction[0]);
+    memcpy(&out->ray.dir_y, p->direction[1], sizeof p->direction[1]);
+    memcpy(&out->ray.dir_z, p->direction[2], sizeof p->direction[2]);
+    memcpy(&out->ray.tfar, p->far, sizeof p->far);
+}
+
+void lf_trace_packet_occluded(const struct lf_tracer *t, struct lf_packet *p)
+{
+    struct lf_query q;
+    struct RTCRayHit16 r;
+    _Alignas(64) int valid[LF_PACKET];
+    aim_side_by_side(p, &q, valid, &r);
+    rtcOccluded16(valid, t->scene, &q.context, &r.ray);
+    for (int i = 0; i < LF_PACKET; i++)
+        p->met[i] = valid[i] && r.ray.tfar[i] < 0;
+}
+
+void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_hit *hits)
+{
+    struct lf_query q;
+    struct RTCRayHit16 r;
+    _Alignas(64) int valid[LF_PACKET];
+    aim_side_by_side(p, &q, valid, &r);
+    rtcIntersect16(valid, t->scene, &q.context, &r);
+    for (unsigned int i = 0; i < LF_PACKET; i++) {
+        p->met[i] = valid[i] && r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+        p->far[i] = r.ray.tfar[i];
+        if (p->met[i] && hits) {
+            struct RTCRay ray = lf_ray_of(&r.ray, LF_PACKET, i);
+            struct RTCHit hit = lf_hit_of(&r.hit, LF_PACKET, i);
+            lf_describe(&t->slots[hit.geomID], &ray, &hit, &hits[i]);
+        }
+    }
+}
+
+// Up to LF_PACKET rays; lanes without a ray are not valid.
+static void aim_packet(const struct lf_ray *rays, uint32_t count, int valid[LF_PACKET], struct RTCRay16 *out)
+{
+    for (uint32_t i = 0; i < LF_PACKET; i++) {
+        const struct lf_ray *ray = &rays[i < count ? i : 0];
+        valid[i] = i < count ? -1 : 0;
+        out->org_x[i] = ray->origin[0];
+        out->org_y[i] = ray->origin[1];
+        out->org_z[i] = ray->origin[2];
+        out->tnear[i] = ray->near;
+        out->dir_x[i] = ray->direction[0];
+        out->dir_y[i] = ray->direction[1];
+        out->dir_z[i] = ray->direction[2];
+        out->time[i] = 0;
+        out->tfar[i] = ray->far;
+        out->mask[i] = UINT32_MAX;
+        out->id[i] = 0;
+        out->flags[i] = 0;
+    }
+}
+
+void lf_trace_closest_many(const struct lf_tracer *t, const struct lf_ray *rays, uint32_t count, bool *met,
+                           struct lf_hit *hits)
+{
+    struct lf_query q;
+    struct RTCRayHit16 r;
+    _Alignas(64) int valid[LF_PACKET];
+    begin_query(LF_RAY_ALL, NULL, NULL, &q);
+    for (uint32_t begin = 0; begin < count; begin += LF_PACKET) {
+        uint32_t lanes = count - begin < LF_PACKET ? count - begin : LF_PACKET;
+        aim_packet(rays + begin, lanes, valid, &r.ray);
+        for (uint32_t i = 0; i < LF_PACKET; i++)
+            r.hit.geomID[i] = r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect16(valid, t->scene, &q.context, &r);
+        for (unsigned int i = 0; i < lanes; i++) {
+            met[begin + i] = r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+            if (!met[begin + i])
+                continue;
+            struct RTCRay ray = lf_ray_of(&r.ray, LF_PACKET, i);
+            struct RTCHit hit = lf_hit_of(&r.hit, LF_PACKET, i);
+            lf_describe(&t->slots[hit.geomID], &ray, &hit, &hits[begin + i]);
+        }
+    }
+}
+
+void lf_trace_occluded_many(const struct lf_tracer *t, const struct lf_ray *rays, uint32_t count, bool *met)
+{
+    struct lf_query q;
+    struct RTCRay16 r;
+    _Alignas(64) int valid[LF_PACKET];
+    begin_query(LF_RAY_ALL, NULL, NULL, &q);
+    for (uint32_t begin = 0; begin < count; begin += LF_PACKET) {
+        uint32_t lanes = count - begin < LF_PACKET ? count - begin : LF_PACKET;
+        aim_packet(rays + begin, lanes, valid, &r);
+        rtcOccluded16(valid, t->scene, &q.context, &r);
+        for (uint32_t i = 0; i < lanes; i++)
+            met[begin + i] = r.tfar[i] < 0;
+    }
+}
+
+static bool passes(const struct lf_ray *ray, const struct lf_box *b)
+{
+    float near = ray->near, far = ray->far;
+    for (int k = 0; k < 3; k++) {
+        float inverse = 1 / ray->direction[k];
+        float a = (b->low[k] - ray->origin[k]) * inverse, c = (b->high[k] - ray->origin[k]) * inverse;
+        // In the plane of a face one of them is not a number; then either answer is right.
+        near = lf_max(lf_min(a, c), near);
+        far = lf_min(lf_max(a, c), far);
+    }
+    return near <= far;
+}
+
+static bool passes_emitters(const struct lf_tracer *t, const struct lf_ray *ray)
+{
+    bool near = t->box_count > LF_MAX_BOXES;
+    for (uint32_t i = 0; !near && i < t->box_count; i++)
+        near = passes(ray, &t->boxes[i]);
+    return near;
+}
+
+bool lf_trace_may_shine(const struct lf_tracer *t, const struct lf_ray *ray)
+{
+    return t->others_shine || passes_emitters(t, ray);
+}
+
+bool lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_trace_fn visit, void *user)
+{
+    if (!passes_emitters(t, ray))
+        return false;
+    struct lf_query q;
+    struct RTCRayHit rayhit;
+    begin_query(LF_RAY_ALL, visit, user, &q);
+    intersect(t->emitters, ray, &q, &rayhit);
+    return true;
+}
+
+uint32_t lf_trace_bare(const struct lf_tracer *t, const struct lf_ray *rays, uint32_t count)
+{
+    uint32_t met = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        struct lf_query q;
+        struct RTCRayHit rayhit;
+        begin_query(LF_RAY_ALL, NULL, NULL, &q);
+        met += intersect(t->scene, &rays[i], &q, &rayhit);
+    }
+    return met;
+}
+
+void lf_trace_origin(const struct lf_tracer *t, const float position[3], const float normal[3],
+                     const float direction[3], float out[3])
+{
+    float off = lf_trace_offset(t->snapshot->scene_radius, position[0], position[1], position[2]);
+    lf_mad(position, normal, copysignf(off, lf_dot(normal, direction)), out);
+}
