@@ -17,6 +17,8 @@
 #include "base/result.h"
 #include "scene/component.h"
 
+#include <math.h>
+
 #define NG_LIGHT_PARAMS_SIZE 64
 #define NG_PI                3.14159265358979323846f
 
@@ -153,6 +155,17 @@ const struct ng_light_type *ng_light_type_of(ng_component component);
 NG_NODISCARD ng_result ng_light_prepare(struct ng_light_source *s);
 // Frees the tables; accepts a zero source.
 void ng_light_finish(struct ng_light_source *s);
+
+// How far off a surface that shines its samples and proxies stand, so that what coincides with it does not
+// hide them: as little as the rounding of rays allows, since a lamp may lie closely behind something. Metres.
+static inline float ng_light_skin(float scene_radius, float x, float y, float z)
+{
+    float far = fabsf(x);
+    far = fabsf(y) > far ? fabsf(y) : far;
+    far = fabsf(z) > far ? fabsf(z) : far;
+    float skin = 1e-5f * scene_radius < 5e-5f ? 1e-5f * scene_radius : 5e-5f;
+    return skin > 1e-6f * far ? skin : 1e-6f * far;
+}
 
 // A light that differs from `s` in brightness alone: on, and of brightness 1. So what is computed of it and
 // divided by its power does not depend, to the last bit, on how bright `s` is or whether it is on. Shares the

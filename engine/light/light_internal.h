@@ -122,13 +122,13 @@ static inline void ng_light_axis(const struct ng_light_source *s, float out[3])
     ng_light_scaled(&s->matrix[8], -1.0f, out);
     ng_light_normalize(out, (const float[3]){0, 0, -1});
 }
+// A point of the surface that emits, moved off it.
+static inline void ng_light_lift(const struct ng_light_source *s, const float normal[3], float point[3])
+{
+    ng_light_mad(point, normal, ng_light_skin(s->scene_radius, point[0], point[1], point[2]), point);
+}
 // A unit vector perpendicular to a unit `direction`, near the entity's +Y.
 void ng_light_up(const struct ng_light_source *s, const float direction[3], float out[3]);
-// How far a proxy stands off the surface that emits.
-static inline float ng_light_offset(const struct ng_light_source *s)
-{
-    return s->scene_radius > 0 && isfinite(s->scene_radius) ? 1e-3f * s->scene_radius : 0;
-}
 
 // Flat emitters in the entity's XY plane that shine along -Z (rectangle, disk): the plane in the world.
 struct ng_light_plane {

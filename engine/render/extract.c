@@ -277,7 +277,7 @@ static ng_result update(struct ng_extractor *x)
         NG_TRY(ng_extract_follow_pieces(x));
     NG_TRY(ng_extract_pose(x));
     guess_scale(x);
-    NG_TRY(ng_extract_update_lights(x));
+    NG_TRY(ng_extract_update_lights(x, lights_listed));
     NG_TRY(ng_extract_write_materials(x));
     x->counts = counts;
     return NG_OK;

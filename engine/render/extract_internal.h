@@ -67,10 +67,13 @@ struct ng_light_slot {
     uint64_t piece_version; // mesh lights: of the instance that the triangles are of
     NG_ARRAY(float) triangles;
     NG_ARRAY(float) uvs;
-    struct ng_material material; // of area lights: what they are made of, whatever they emit
-    uint32_t emitter;            // its index among the emitters' materials, or NG_NONE
-    uint32_t shape;              // which of the engine's own; NG_SHAPE_BUILTIN: none
-    uint32_t instance;           // of that shape, or NG_NONE
+    struct ng_material material;          // of area lights: what they are made of, whatever they emit
+    uint32_t emitter;                     // its index among the emitters' materials, or NG_NONE
+    uint32_t shape;                       // which of the engine's own; NG_SHAPE_BUILTIN: none
+    uint32_t instance;                    // of that shape, or NG_NONE
+    uint32_t place;                       // the first light whose surface is where this one's is
+    uint32_t next_in_place, next_in_cell; // NG_NONE: none
+    uint64_t company;                     // hash of the lights in its place
     float power;
 };
 
@@ -119,6 +122,7 @@ struct ng_extractor {
     NG_ARRAY(struct ng_light_slot) slots;
     NG_ARRAY(struct ng_light_slot) old_slots;
     struct ng_index_map mesh_light_of; // entity of a mesh light: slot
+    struct ng_index_map place_of;      // cell of space: the last of the lights that have a place there
 
     struct ng_index_map warned; // of whom, about what
     bool has_scale;
@@ -178,11 +182,15 @@ const float *ng_extract_placement(const struct ng_extractor *x, ng_entity e);
 // ---- extract_lights.c ------------------------------------------------------------------------------------
 // Lists the lights; `*listed` is set where they are not the previous extraction's.
 NG_NODISCARD ng_result ng_extract_list_lights(struct ng_extractor *x, bool count_changed, bool *listed);
-// Sources, powers, versions and the instances of emitters; pieces must be up to date.
-NG_NODISCARD ng_result ng_extract_update_lights(struct ng_extractor *x);
-// The material that an area light shows: its own, with the light's radiance for emission.
-void ng_extract_emitter_material(const struct ng_light_slot *slot, struct ng_material *out);
+// Sources, powers, versions, places and the instances of emitters; pieces must be up to date. `listed`: the
+// lights are not the previous extraction's.
+NG_NODISCARD ng_result ng_extract_update_lights(struct ng_extractor *x, bool listed);
+// The material that an area light shows: its own, with the radiance of all lights of its place for emission.
+void ng_extract_emitter_material(const struct ng_extractor *x, const struct ng_light_slot *slot,
+                                 struct ng_material *out);
 void ng_extract_finish_lights(struct ng_extractor *x);
+// extract_places.c: finds out which lights share a place; after any of them changed.
+NG_NODISCARD ng_result ng_extract_place_lights(struct ng_extractor *x);
 // True the first time it is asked about an entity (null: the scene) and a kind of warning.
 enum ng_extract_warning {
     NG_WARN_GEOMETRY,

@@ -211,12 +211,24 @@ static void warn_scale(struct ng_extractor *x, const struct ng_light_slot *slot)
                     ng_extract_name(x, slot->entity, name));
 }
 
-void ng_extract_emitter_material(const struct ng_light_slot *slot, struct ng_material *out)
+// Texels are factors of what a material emits, so lights of other images stay out.
+static void add_radiance(const struct ng_light_slot *from, const struct ng_light_slot *to, float sum[3])
 {
     struct ng_light_surface surface = {0};
-    slot->source.type->surface(&slot->source, &surface);
+    if (from->image.id != to->image.id)
+        return;
+    from->source.type->surface(&from->source, &surface);
+    for (int i = 0; i < 3; i++)
+        sum[i] += surface.radiance[i];
+}
+
+void ng_extract_emitter_material(const struct ng_extractor *x, const struct ng_light_slot *slot,
+                                 struct ng_material *out)
+{
     *out = slot->material;
-    memcpy(out->emissive, surface.radiance, sizeof surface.radiance);
+    memset(out->emissive, 0, sizeof out->emissive);
+    for (uint32_t i = slot->place; i != NG_NONE; i = x->slots.items[i].next_in_place)
+        add_radiance(&x->slots.items[i], slot, out->emissive);
     out->emissive_strength = 1;
 }
 
@@ -280,7 +292,7 @@ static ng_result update_source(struct ng_extractor *x, struct ng_light_slot *slo
     return prepare ? ng_light_prepare(s) : NG_OK;
 }
 
-static ng_result update_slot(struct ng_extractor *x, uint32_t index)
+static ng_result update_slot(struct ng_extractor *x, uint32_t index, bool *any_changed)
 {
     struct ng_light_slot *slot = &x->slots.items[index];
     struct ng_snapshot_light *out = &x->light_array.items[index];
@@ -292,11 +304,13 @@ static ng_result update_slot(struct ng_extractor *x, uint32_t index)
         NG_TRY(update_surface(x, slot));
         slot->version = ++x->clock;
         warn_scale(x, slot);
+        *any_changed = true;
     }
     uint32_t image = out->image; // written with the images
     *out = (struct ng_snapshot_light){.entity = slot->entity,
                                       .source = slot->source,
                                       .image = image,
+                                      .place = slot->place,
                                       .power = slot->power,
                                       .version = slot->version};
     snprintf(out->name, sizeof out->name, "%s", ng_extract_name(x, slot->entity, name));
@@ -320,10 +334,13 @@ static void choose_environment(struct ng_extractor *x)
     }
 }
 
-ng_result ng_extract_update_lights(struct ng_extractor *x)
+ng_result ng_extract_update_lights(struct ng_extractor *x, bool listed)
 {
+    bool changed = listed;
     for (uint32_t i = 0; i < x->slots.count; i++)
-        NG_TRY(update_slot(x, i));
+        NG_TRY(update_slot(x, i, &changed));
+    if (changed)
+        NG_TRY(ng_extract_place_lights(x));
     choose_environment(x);
     return NG_OK;
 }
@@ -337,4 +354,5 @@ void ng_extract_finish_lights(struct ng_extractor *x)
     ng_array_finish(&x->slots);
     ng_array_finish(&x->old_slots);
     ng_index_map_finish(&x->mesh_light_of);
+    ng_index_map_finish(&x->place_of);
 }

@@ -169,7 +169,7 @@ ng_result ng_extract_write_materials(struct ng_extractor *x)
         const struct ng_light_slot *slot = &x->slots.items[i];
         if (slot->emitter != NG_NONE) {
             struct ng_material shown;
-            ng_extract_emitter_material(slot, &shown);
+            ng_extract_emitter_material(x, slot, &shown);
             NG_TRY(write_material(x, slot->entity, &shown));
         }
         struct ng_snapshot_light *light = &x->light_array.items[i];

@@ -5,7 +5,10 @@
 #include <cglm/cglm.h>
 #include <string.h>
 
-#define NEAR_SHARE 1e-3f // near plane of perspective views, in scene radii
+// Near plane of perspective views, in scene radii, and in metres at most: what hangs closely before a lamp
+// shadows.
+#define NEAR_SHARE 1e-5f
+#define MOST_NEAR  2e-5f
 #define CASCADES   4
 #define SLICE_NEAR 0.05f // metres: nothing nearer to the camera deserves a cascade of its own
 
@@ -181,7 +184,7 @@ static void observe_views(const struct ng_snapshot *s, const struct ng_light_pro
 {
     struct ng_light_view_data *first = &l->rsm_views[0];
     struct ng_light_data *d = &l->data;
-    d->depth_range = NEAR_SHARE * s->scene_radius;
+    d->depth_range = fminf(NEAR_SHARE * s->scene_radius, MOST_NEAR);
     d->tangent = 1;
     l->rsm_view_count = 1;
     switch (p->views) {

@@ -686,6 +686,11 @@ static ng_result draw_run(struct draw_state *d, const struct run *r)
     return NG_OK;
 }
 
+static bool is_skipped(const struct ng_snapshot *s, const struct ng_snapshot_instance *i, uint32_t light)
+{
+    return light != NG_NONE && i->light != NG_NONE && s->lights[i->light].place == s->lights[light].place;
+}
+
 ng_result ng_scene_gpu_draw(struct ng_scene_gpu *s, struct ng_cmd *cmd, const struct ng_draw_params *params)
 {
     struct draw_state d = {.scene = s, .cmd = cmd, .params = params};
@@ -695,8 +700,7 @@ ng_result ng_scene_gpu_draw(struct ng_scene_gpu *s, struct ng_cmd *cmd, const st
     for (uint32_t i = 0; i < s->order.count; i++) {
         const struct draw_key *key = &s->order.items[i];
         const struct ng_snapshot_instance *instance = &s->snapshot->instances[key->instance];
-        if ((instance->light != NG_NONE && instance->light == params->skip_light) ||
-            !inside(planes, instance))
+        if (is_skipped(s->snapshot, instance, params->skip_light) || !inside(planes, instance))
             continue;
         if (run.count && run.first + run.count == i && joins(run.key, key)) {
             run.count++;
@@ -715,7 +719,7 @@ uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *s, const float *view_proje
     uint64_t hash = 0;
     for (uint32_t i = 0; i < s->snapshot->instance_count; i++) {
         const struct ng_snapshot_instance *instance = &s->snapshot->instances[i];
-        if ((instance->light == NG_NONE || instance->light != skip_light) && inside(planes, instance))
+        if (!is_skipped(s->snapshot, instance, skip_light) && inside(planes, instance))
             hash = ng_hash_combine(ng_hash_combine(hash, instance->entity.id), instance->version);
     }
     return hash;

@@ -66,7 +66,7 @@ struct ng_draw_params {
     const void *push; // push constants, for both pipelines
     uint32_t push_size;
     const float *view_projection; // instances outside of it are not drawn
-    uint32_t skip_light;          // the emitter of this light is not drawn; NG_NONE: all are
+    uint32_t skip_light;          // emitters in the place of this light are not drawn; NG_NONE: all are
     bool cull_back;               // one-sided surfaces are seen from the front only
 };
 NG_NODISCARD ng_result ng_scene_gpu_draw(struct ng_scene_gpu *scene, struct ng_cmd *cmd,

@@ -77,8 +77,10 @@ struct ng_snapshot_light {
     char name[NG_TEXT_SIZE];
     struct ng_light_source source; // light/light.h: type and everything its functions need, prepared
     uint32_t image;                // of the environment's map in the snapshot's images, or NG_NONE
-    float power;                   // Phi of conventions, W
-    uint64_t version;              // of the source: the same version means the same light
+    uint32_t
+        place;   // index of the first light whose surface coincides with this one's: its own, if it is alone
+    float power; // Phi of conventions, W
+    uint64_t version; // of the source: the same version means the same light
 };
 
 struct ng_snapshot {
@@ -92,6 +94,7 @@ struct ng_snapshot {
     struct ng_snapshot_image *images;
     struct ng_snapshot_material *materials;
     struct ng_snapshot_light *lights;
+    float place_size;          // how far surfaces of lights in one place are apart, metres; 0: none share one
     uint32_t environment;      // index of the light that is visible behind everything, or NG_NONE
     uint64_t geometry_version; // changes when any instance's version does, or one appears or vanishes
 };

@@ -28,8 +28,10 @@ struct lf_space {
 #define LF_GRID_STEP 4    // pixels from one point of the coarse grid to the next
 #define LF_SMOOTH    0.5f // roughness below which the BRDF chooses directions: of rays, too
 
-// Part of the way that shadow rays go: what they would meet beyond is the surface itself.
+// Part of the way that shadow rays go to a pixel: what they would meet beyond is its own surface.
 #define LF_SHADOW_REACH 0.999f
+// The same of rays to a point off a light's surface: less, as the light may lie close behind something.
+#define LF_LIGHT_REACH  0.999999f
 
 // A pixel's four neighbours on the grid of every LF_GRID_STEP-th pixel: weights that sum to 1, or all 0
 // where none of them is on the same surface.
@@ -149,6 +151,7 @@ struct lf_light_clues {
     struct ng_light_view_data views[NG_LIGHT_MAX_VIEWS]; // of the RSM
     uint32_t view_count;
     const struct lf_light_observation *maps;
+    float skin; // metres: how far off the surface that emits rays begin and end
     struct lf_light_shape shape;
     bool lobes_by_hand; // smooth surfaces need directions of the BRDF that the kernels do not choose
     NG_ARRAY(struct ng_light_sample) vpls;
@@ -204,10 +207,21 @@ static inline void lf_to_world(const struct lf_space *s, const float scaled[3], 
         out[c] = scaled[c] * s->radius + s->center[c];
 }
 
+#define LF_LEAST_SLANT 0.05f // cosine from which on the skin along a ray no longer grows
+
 // What is not a finite number becomes 0.
 static inline float lf_finite(float x)
 {
     return x - x == 0 ? x : 0;
+}
+
+// What a ray in a unit direction to a direct VPL leaves out of its end, so that what coincides with the
+// light's surface does not hide it, metres. 0 for lights without a surface.
+static inline float lf_skin_along(const struct lf_light_clues *light, const struct ng_light_sample *vpl,
+                                  const float direction[3])
+{
+    float cosine = -lf_dot(vpl->normal, direction);
+    return light->unit.type->surface ? light->skin / lf_max(cosine, LF_LEAST_SLANT) : 0;
 }
 
 // Milliseconds since `*begin`, which becomes now.

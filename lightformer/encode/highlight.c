@@ -30,7 +30,7 @@ static uint32_t quarter_of(uint32_t x, uint32_t y)
 static bool is_lit(const struct search *s, const struct lf_points *points, const struct lf_aim *aim,
                    uint32_t lane)
 {
-    struct lf_ray ray = {.near = 0, .far = aim->distance[lane] * s->pixels->space.radius * LF_SHADOW_REACH};
+    struct lf_ray ray = {.near = 0, .far = aim->distance[lane] * s->pixels->space.radius * LF_LIGHT_REACH};
     float at[3], flat[3], position[3];
     for (int c = 0; c < 3; c++) {
         at[c] = points->position[c][lane];

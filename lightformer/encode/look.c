@@ -89,7 +89,7 @@ static bool is_reached(const struct lighting *l, const struct lf_ray_end *hit)
             continue;
         lf_trace_origin(l->scene->tracer, position, hit->flat, in.direction, ray.origin);
         memcpy(ray.direction, in.direction, sizeof ray.direction);
-        ray.far = in.distance * LF_SHADOW_REACH;
+        ray.far = lf_max(in.distance * LF_LIGHT_REACH - lf_skin_along(light, vpl, in.direction), 0);
         return !lf_trace_shadowed(l->scene->tracer, &ray, light->light);
     }
     return false;

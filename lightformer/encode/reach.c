@@ -35,15 +35,16 @@ static float set_ray(const struct search *s, size_t pixel, const struct ng_light
         return 0;
     // From where the light comes, so that rays have one origin; or, if that is infinitely far, one direction.
     bool infinite = !isfinite(in.distance);
+    float skin = lf_skin_along(s->light, vpl, in.direction);
     if (infinite)
         lf_trace_origin(s->scene->tracer, position, at.flat, in.direction, origin);
     else
-        memcpy(origin, vpl->position, sizeof origin);
+        lf_mad(vpl->position, in.direction, -skin, origin);
     for (int c = 0; c < 3; c++) {
         packet->origin[c][lane] = origin[c];
         packet->direction[c][lane] = infinite ? in.direction[c] : -in.direction[c];
     }
-    packet->far[lane] = infinite ? INFINITY : in.distance * LF_SHADOW_REACH;
+    packet->far[lane] = infinite ? INFINITY : in.distance * LF_SHADOW_REACH - skin;
     return weight;
 }
 

@@ -134,6 +134,24 @@ static void add_met_surface(void *user, const struct lf_hit *hit)
     add_met_light(look, look->snapshot->instances[hit->instance].light, &h);
 }
 
+// In place: what is written number by number and then copied as a whole waits for the stores.
+static void set_ray(const struct lf_wave *w, uint32_t lane, float far, struct lf_ray *out)
+{
+    take_lane(w->origin, lane, out->origin);
+    take_lane(w->direction, lane, out->direction);
+    out->near = 0;
+    out->far = far;
+}
+
+// Of surfaces in one place a ray meets any one: the light of all of them is seen.
+static void add_coinciding(const struct walk *walk, uint32_t lane, const struct lf_hit *hit,
+                           struct look *look)
+{
+    struct lf_ray ray;
+    set_ray(&walk->wave, lane, INFINITY, &ray);
+    lf_trace_coinciding(walk->scene->tracer, &ray, hit, add_met_surface, look);
+}
+
 // ---- one bounce ------------------------------------------------------------------------------------------
 static void arrive(struct lf_wave *w, uint32_t lane, const struct lf_surface *surface, const float came[3])
 {
@@ -144,15 +162,6 @@ static void arrive(struct lf_wave *w, uint32_t lane, const struct lf_surface *su
     put_lane(surface->f0, lane, w->f0);
     put_lane(came, lane, w->came);
     w->roughness[lane] = surface->roughness;
-}
-
-// In place: what is written number by number and then copied as a whole waits for the stores.
-static void set_ray(const struct lf_wave *w, uint32_t lane, float far, struct lf_ray *out)
-{
-    take_lane(w->origin, lane, out->origin);
-    take_lane(w->direction, lane, out->direction);
-    out->near = 0;
-    out->far = far;
 }
 
 // Which connections something stands in the way of.
@@ -244,18 +253,15 @@ static bool look_around(struct walk *walk, uint32_t ray, struct lf_surface *next
     const struct lf_tracer *tracer = walk->scene->tracer;
     const struct lf_hit *hit = &walk->hits[ray];
     struct lf_radiance *radiance = radiance_of(walk, lane);
-    if (met && !w->survives[lane] && !lf_surface_may_shine(tracer, hit))
-        return false;
     struct look look = look_from(walk, lane);
-    if (!met)
-        add_met_environments(&look);
+    if (met)
+        add_coinciding(walk, lane, hit, &look);
     else
-        lf_surface_at(tracer, hit, next);
-    if (met && next->light != NG_NONE)
-        add_met_surface(&look, hit);
+        add_met_environments(&look);
     carry(w, lane, look.seen, walk->bounce ? radiance->indirect : radiance->direct);
-    if (!met)
+    if (!met || (!w->survives[lane] && !lf_surface_may_shine(tracer, hit)))
         return false;
+    lf_surface_at(tracer, hit, next);
     carry(w, lane, next->emission, radiance->indirect);
     return w->survives[lane] && !lf_surface_is_black(next);
 }
@@ -290,23 +296,43 @@ static void arrive_all(struct walk *walk)
 }
 
 // ---- paths -----------------------------------------------------------------------------------------------
+// What a camera ray sees of lights.
+struct sight {
+    const struct ng_snapshot *snapshot;
+    const struct lf_ray *ray;
+    float *emission;
+};
+
+static void see_light(const struct sight *sight, uint32_t light, const struct ng_light_hit *hit)
+{
+    float seen[3];
+    ng_light_seen_at(&sight->snapshot->lights[light].source, hit, seen);
+    lf_mad(sight->emission, seen, 1, sight->emission);
+}
+
+static void see_emitter(void *user, const struct lf_hit *hit)
+{
+    const struct sight *sight = user;
+    struct ng_light_hit seen = light_hit(sight->ray->origin, sight->ray->direction, hit);
+    see_light(sight, sight->snapshot->instances[hit->instance].light, &seen);
+}
+
 void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, struct lf_primary *out)
 {
     const struct ng_snapshot *snapshot = scene->lights->snapshot;
+    struct sight sight = {snapshot, ray, out->emission};
+    struct ng_light_hit nothing = {.distance = INFINITY};
     *out = (struct lf_primary){.ray = *ray};
     scene->stats->path_rays++;
     out->met = lf_trace_closest(scene->tracer, ray, LF_RAY_CAMERA, &out->hit);
-    uint32_t light = snapshot->environment;
-    struct ng_light_hit seen = {.distance = INFINITY};
-    memcpy(seen.direction, ray->direction, sizeof seen.direction);
     if (out->met) {
         lf_surface_at(scene->tracer, &out->hit, &out->surface);
-        light = out->surface.light;
-        seen = light_hit(ray->origin, ray->direction, &out->hit);
         memcpy(out->emission, out->surface.emission, sizeof out->emission);
+        lf_trace_coinciding(scene->tracer, ray, &out->hit, see_emitter, &sight);
+    } else if (snapshot->environment != NG_NONE) {
+        memcpy(nothing.direction, ray->direction, sizeof nothing.direction);
+        see_light(&sight, snapshot->environment, &nothing);
     }
-    if (light != NG_NONE)
-        ng_light_seen_at(&snapshot->lights[light].source, &seen, out->emission);
 }
 
 static void start_lane(struct walk *walk, uint32_t path)
@@ -336,6 +362,7 @@ static void start_walk(struct walk *walk, const struct lf_path_scene *scene, str
     walk->paths = paths;
     walk->wave.lights = scene->lights;
     walk->wave.scene_radius = snapshot->scene_radius;
+    walk->wave.place_size = snapshot->place_size;
     for (uint32_t i = 0; i < snapshot->light_count; i++)
         walk->environment |= is_environment(&snapshot->lights[i].source);
     for (uint32_t i = 0; i < count; i++) {

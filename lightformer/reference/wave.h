@@ -20,6 +20,7 @@ struct lf_wave {
     uint32_t count; // lanes in use: the first
     const struct lf_light_choice *lights;
     float scene_radius;
+    float place_size; // snapshot.h
 
     // Random numbers: of one kind and as many draws in all lanes.
     enum lf_sampler_kind sampler;

@@ -2,6 +2,7 @@
 // over lanes is free of branches and calls, so that sixteen iterations become one.
 #include "lightformer/reference/wave.h"
 
+#include "light/light.h"
 #include "light/unit_shape.h"
 #include "lightformer/trace/tracer.h"
 #include "lightformer/trace/vec.h"
@@ -383,7 +384,7 @@ static void aim(struct lf_wave *w)
     {
         struct vec d = load(w->incident, i), n = load(w->light_normal, i), p = load(w->light_position, i);
         struct vec from = leave(w, i);
-        float off = lf_trace_offset(w->scene_radius, p.x, p.y, p.z);
+        float off = ng_light_skin(w->scene_radius, p.x, p.y, p.z) + w->place_size;
         struct vec way = mad(mad(p, n, dot(n, d) > 0 ? -off : off), from, -1);
         float length = ng_sqrt(dot(way, way)), inverse = 1 / length;
         bool endless = w->light_distance[i] == INFINITY;

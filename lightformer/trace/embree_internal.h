@@ -52,7 +52,7 @@ void lf_shape_set(RTCGeometry geometry);
 struct lf_query {
     struct RTCIntersectContext context;
     enum lf_ray_kind kind;
-    uint32_t passes;   // a light whose emitter is not there; NG_NONE: none
+    uint32_t passes;   // a place of lights whose emitters are not there; NG_NONE: none
     lf_trace_fn visit; // every meeting is visited, none ends the ray
     void *user;
 };

@@ -5,7 +5,7 @@ bool lf_accepts(const struct lf_query *q, const struct lf_slot *s, const struct 
                 const struct RTCHit *h)
 {
     struct lf_hit hit;
-    if (q->passes != NG_NONE && s->seen.light == q->passes)
+    if (q->passes != NG_NONE && s->seen.place == q->passes)
         return false;
     if (!q->visit && (q->kind == LF_RAY_ALL || s->seen.flags & NG_INSTANCE_DOUBLE_SIDED))
         return true;

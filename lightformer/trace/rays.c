@@ -1,6 +1,9 @@
 // Rays, one by one and in packets: from the tracer's terms to Embree's and back.
+#include "light/light.h"
 #include "lightformer/trace/embree_internal.h"
 #include "lightformer/trace/vec.h"
+
+#define LEAST_SLANT 0.05f // cosine under which what coincides is no longer told apart from what lies behind
 
 // In place: what is written member by member and then copied as a whole waits for the stores.
 static void aim(const struct lf_ray *ray, struct RTCRay *out)
@@ -31,12 +34,13 @@ static void begin_query(enum lf_ray_kind kind, lf_trace_fn visit, void *user, st
 }
 
 // Of LF_RAY_ALL. `light`: whose emitter is passed, or NG_NONE.
-static void begin_passing(uint32_t light, struct lf_query *out)
+static void begin_passing(const struct lf_tracer *t, uint32_t light, struct lf_query *out)
 {
     begin_query(LF_RAY_ALL, NULL, NULL, out);
-    out->passes = light;
-    if (light != NG_NONE)
-        out->context.filter = lf_filter_query;
+    if (light == NG_NONE)
+        return;
+    out->passes = t->snapshot->lights[light].place;
+    out->context.filter = lf_filter_query;
 }
 
 static bool intersect(RTCScene scene, const struct lf_ray *ray, struct lf_query *q, struct RTCRayHit *out)
@@ -64,7 +68,7 @@ bool lf_trace_shadowed(const struct lf_tracer *t, const struct lf_ray *ray, uint
 {
     struct lf_query q;
     struct RTCRay r;
-    begin_passing(light, &q);
+    begin_passing(t, light, &q);
     aim(ray, &r);
     rtcOccluded1(t->scene, &q.context, &r);
     return r.tfar < 0;
@@ -76,10 +80,10 @@ bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
 }
 
 // As Embree wants them; what is no ray is not valid.
-static void aim_side_by_side(const struct lf_packet *p, struct lf_query *q, int valid[LF_PACKET],
-                             struct RTCRayHit16 *out)
+static void aim_side_by_side(const struct lf_tracer *t, const struct lf_packet *p, struct lf_query *q,
+                             int valid[LF_PACKET], struct RTCRayHit16 *out)
 {
-    begin_passing(p->passes, q);
+    begin_passing(t, p->passes, q);
     q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     *out = (struct RTCRayHit16){0};
     for (int i = 0; i < LF_PACKET; i++) {
@@ -101,7 +105,7 @@ void lf_trace_packet_occluded(const struct lf_tracer *t, struct lf_packet *p)
     struct lf_query q;
     struct RTCRayHit16 r;
     _Alignas(64) int valid[LF_PACKET];
-    aim_side_by_side(p, &q, valid, &r);
+    aim_side_by_side(t, p, &q, valid, &r);
     rtcOccluded16(valid, t->scene, &q.context, &r.ray);
     for (int i = 0; i < LF_PACKET; i++)
         p->met[i] = valid[i] && r.ray.tfar[i] < 0;
@@ -112,7 +116,7 @@ void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_h
     struct lf_query q;
     struct RTCRayHit16 r;
     _Alignas(64) int valid[LF_PACKET];
-    aim_side_by_side(p, &q, valid, &r);
+    aim_side_by_side(t, p, &q, valid, &r);
     rtcIntersect16(valid, t->scene, &q.context, &r);
     for (unsigned int i = 0; i < LF_PACKET; i++) {
         p->met[i] = valid[i] && r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
@@ -220,6 +224,19 @@ bool lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_t
     begin_query(LF_RAY_ALL, visit, user, &q);
     intersect(t->emitters, ray, &q, &rayhit);
     return true;
+}
+
+void lf_trace_coinciding(const struct lf_tracer *t, const struct lf_ray *ray, const struct lf_hit *hit,
+                         lf_trace_fn visit, void *user)
+{
+    float slant = lf_max(fabsf(lf_dot(hit->normal, ray->direction)), LEAST_SLANT);
+    const struct ng_snapshot *s = t->snapshot;
+    const float *p = hit->position;
+    float reach = (ng_light_skin(s->scene_radius, p[0], p[1], p[2]) + s->place_size) / slant;
+    struct lf_ray around = *ray;
+    around.near = lf_max(hit->distance - reach, 0);
+    around.far = hit->distance + reach;
+    lf_trace_emitters(t, &around, visit, user);
 }
 
 uint32_t lf_trace_bare(const struct lf_tracer *t, const struct lf_ray *rays, uint32_t count)

@@ -146,6 +146,7 @@ void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct
     out->material = m;
     out->flags = in->flags;
     out->light = in->light;
+    out->place = in->light == NG_NONE ? NG_NONE : snapshot->lights[in->light].place;
     out->textured = m->base_color_image != NG_NONE || m->metallic_roughness_image != NG_NONE ||
                     m->normal_image != NG_NONE || m->emissive_image != NG_NONE;
     find_normal_matrix(in->matrix, out->normal_matrix);

