@@ -13,7 +13,7 @@
 
 // One lane as numbers.
 struct lane {
-    float world[3], f0[3];
+    float world[3], albedo[3], f0[3];
     struct lf_lobe lobe;
     struct lf_frame frame; // around its normal
     struct ng_local_direction view;
@@ -28,6 +28,7 @@ static void read_lane(const struct lf_light_clues *light, const struct lf_points
         out->lobe.normal[c] = p->normal[c][i];
         out->lobe.flat[c] = p->flat[c][i];
         out->lobe.view[c] = p->view[c][i];
+        out->albedo[c] = p->albedo[c][i];
         out->f0[c] = p->f0[c][i];
     }
     out->lobe.roughness = p->roughness[i];
@@ -116,13 +117,76 @@ static void add_lobes(const struct lf_encode_scene *scene, const struct lf_light
     }
 }
 
+// ---- directions around the normal, near lights without a closed form
+// ---------------------------------------
+
+// Adds what a direction finds of the diffuse light, and of the glossy one if nobody else does.
+static void add_direction_around(struct meeting *m, const struct ng_local_direction *l, float share,
+                                 bool specular, float diffuse[3], float glossy[3])
+{
+    const struct lane *lane = m->lane;
+    const struct ng_local_direction v = lane->view;
+    float roughness = lane->lobe.roughness, h[3] = {l->x + v.x, l->y + v.y, l->z + v.z};
+    if (!lf_normalize(h))
+        return;
+    float vh = fmaxf(v.x * h[0] + v.y * h[1] + v.z * h[2], 0);
+    float square = m->light->space.radius * m->light->space.radius / m->light->phi;
+    float scale = share * l->z * square, lobe = specular ? ng_brdf_lobe(l->z, v.z, h[2], roughness) : 0;
+    meet(m);
+    for (int c = 0; c < 3; c++) {
+        float light = scale * m->sum[c];
+        diffuse[c] += lf_finite(light * ng_brdf_diffuse(l->z, v.z, vh, lane->albedo[c], lane->f0[c]));
+        glossy[c] += lf_finite(light * lobe * ng_brdf_f(vh, lane->f0[c]));
+    }
+}
+
+static void add_lane_around(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+                            const struct lane *lane, float share, bool specular, float diffuse[3],
+                            float glossy[3])
+{
+    float u[LF_AROUND_SAMPLES][3], direction[3];
+    lf_lobe_wind(LF_AROUND_SAMPLES, u);
+    for (int k = 0; k < LF_AROUND_SAMPLES; k++) {
+        float sine = sqrtf(u[k][2]);
+        struct ng_local_direction l = {u[k][0] * sine, u[k][1] * sine, sqrtf(1 - u[k][2])};
+        lf_lobe_to_world(&lane->frame, &l, direction);
+        struct meeting m = {.scene = scene,
+                            .light = light,
+                            .lane = lane,
+                            .direction = direction,
+                            .pdf = share * LF_AROUND_SAMPLES * l.z / NG_PI};
+        if (lf_dot(direction, lane->lobe.flat) > 0)
+            add_direction_around(&m, &l, share, specular, diffuse, glossy);
+    }
+}
+
+static void add_around(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+                       const struct lf_points *points, uint32_t count, bool specular, struct lf_lit *out)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        struct lane lane;
+        float diffuse[3] = {0}, glossy[3] = {0};
+        if (!(out->share[i] > 0))
+            continue;
+        read_lane(light, points, i, &lane);
+        add_lane_around(scene, light, &lane, out->share[i], specular, diffuse, glossy);
+        for (int c = 0; c < 3; c++) {
+            out->diffuse[c][i] += diffuse[c];
+            out->glossy[c][i] += glossy[c];
+        }
+    }
+}
+
 void lf_direct_at(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
                   const struct lf_points *points, uint32_t count, bool smooth, struct lf_lit *out)
 {
     bool lobes = smooth && !light->unit.type->delta;
     lf_kernels_of(0)->direct(&light->shape, points, lobes, out);
-    if (lobes && light->lobes_by_hand && light->shape.sample_count)
+    if (!light->lobes_by_hand || !light->shape.sample_count)
+        return;
+    if (lobes)
         add_lobes(scene, light, points, count, out);
+    add_around(scene, light, points, count, !lobes, out);
 }
 
 // ---- pixels ----------------------------------------------------------------------------------------------

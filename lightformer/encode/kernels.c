@@ -11,6 +11,11 @@
 #define LEAST_DISTANCE 1e-12f // squared
 #define LEAST_BLUR     1e-3f  // of an edge, in half widths of the light
 
+// Emitters seen from near by, where their samples show one by one: distances, in units of their coarseness,
+// from which on directions around the normal share the light, and all of them do.
+#define NEAR_BEGINS 0.8f
+#define NEAR_WHOLE  0.4f
+
 // What does not change from sample to sample.
 struct surface {
     float view[3][LF_LANES], nv[LF_LANES];
@@ -176,9 +181,12 @@ static void arrive_from_cap(const struct cap *cap, const float u[3], float count
     }
 }
 
-// Adds what arrives. `lobes`: how many directions of the BRDF share the specular part; 0: none.
-static inline void add_arrival(const struct lf_points *p, const struct surface *s, const struct arrival *a,
-                               const float weight[3], float lobes, struct sums *sums)
+// Adds what arrives. Who shares it: `lobes` directions of the BRDF, the specular part; `around` directions
+// around the normal, of which the part `near` counts, the diffuse part, and the specular one if nobody else
+// does. These numbers are constants where this is inlined; 0: none.
+static inline __attribute__((always_inline)) void
+add_arrival(const struct lf_points *p, const struct surface *s, const struct arrival *a,
+            const float weight[3], float lobes, float around, const float near[LF_LANES], struct sums *sums)
 {
     LANES
     {
@@ -191,9 +199,15 @@ static inline void add_arrival(const struct lf_points *p, const struct surface *
         float nh = ng_clamp((nl + nv) * half, 0.0f, 1.0f), vh = ng_max((1 + lv) * half, 0.0f);
         float m5 = ng_brdf_f(vh, 0), rest = light * (1 - m5);
         float d = ng_brdf_d(nh, alpha), lobe = d * ng_brdf_v_known(nl, nv, s->smith[i], alpha);
+        float kept = 1;
+        if (around > 0)
+            kept = a->density[i] / (a->density[i] + near[i] * around * nl / NG_SHADER_PI + 1e-20f);
         if (lobes > 0)
             lobe *= a->density[i] / (a->density[i] + lobes * d * s->chosen[i]);
+        else
+            lobe *= kept;
         float facing = rest * lobe, grazing = light * m5 * lobe;
+        rest *= kept;
         for (int c = 0; c < 3; c++) {
             sums->diffuse[c][i] += rest * weight[c];
             sums->facing[c][i] += facing * weight[c];
@@ -202,8 +216,9 @@ static inline void add_arrival(const struct lf_points *p, const struct surface *
     }
 }
 
-static inline void add_light_samples(const struct lf_light_shape *shape, const struct lf_points *p,
-                                     const struct surface *s, float lobes, struct sums *sums)
+static inline __attribute__((always_inline)) void
+add_light_samples(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
+                  float lobes, float around, const float near[LF_LANES], struct sums *sums)
 {
     struct arrival a;
     for (uint32_t k = 0; k < shape->sample_count; k++) {
@@ -214,7 +229,7 @@ static inline void add_light_samples(const struct lf_light_shape *shape, const s
             arrive_from_direction(l, &a);
         else
             arrive_from_surface(l, p, &a);
-        add_arrival(p, s, &a, l->weight, lobes, sums);
+        add_arrival(p, s, &a, l->weight, lobes, around, near, sums);
     }
 }
 
@@ -224,7 +239,7 @@ static inline void add_sphere(const struct lf_light_shape *shape, const struct l
     struct arrival a;
     for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
         arrive_from_cap(cap, lf_lobe_samples[k], LF_LOBE_SAMPLES, &a);
-        add_arrival(p, s, &a, shape->radiance, lobes, sums);
+        add_arrival(p, s, &a, shape->radiance, lobes, 0, NULL, sums);
     }
 }
 
@@ -287,22 +302,40 @@ static inline float overlap(float a, float half)
     return ng_max(width, 0.0f) / (2 * half);
 }
 
+// Of a flat emitter, in one place: what loops over lanes read stays in registers.
+struct plane {
+    float center[3], normal[3], u[3], v[3];
+    float uu, vv; // squares of u and v
+    float area;
+};
+
+static inline struct plane plane_of(const struct lf_light_shape *shape)
+{
+    struct plane p = {.area = shape->area};
+    memcpy(p.center, shape->center, sizeof p.center);
+    memcpy(p.normal, shape->normal, sizeof p.normal);
+    memcpy(p.u, shape->u, sizeof p.u);
+    memcpy(p.v, shape->v, sizeof p.v);
+    p.uu = dot(p.u[0], p.u[1], p.u[2], p.u[0], p.u[1], p.u[2]);
+    p.vv = dot(p.v[0], p.v[1], p.v[2], p.v[0], p.v[1], p.v[2]);
+    return p;
+}
+
 // A direction stands for a sixteenth of its lobe, which is as wide as the density is low. Since all pixels
 // take the same sixteen, an edge would show as that many steps; so it is blurred by the width on the light's
 // plane.
 static void meet_plane(const struct lf_light_shape *shape, const struct lf_points *p,
                        const struct reflection *r, float count, struct meeting *m)
 {
-    const float *u = shape->u, *v = shape->v;
-    float per_u = ng_sqrt(dot(u[0], u[1], u[2], u[0], u[1], u[2])),
-          per_v = ng_sqrt(dot(v[0], v[1], v[2], v[0], v[1], v[2]));
+    const struct plane e = plane_of(shape);
+    const float *u = e.u, *v = e.v, per_u = ng_sqrt(e.uu), per_v = ng_sqrt(e.vv);
     bool disk = shape->emitter == LF_EMITTER_DISK;
     LANES
     {
-        float x = shape->center[0] - p->position[0][i], y = shape->center[1] - p->position[1][i],
-              z = shape->center[2] - p->position[2][i];
-        float cosine = -dot(r->x[i], r->y[i], r->z[i], shape->normal[0], shape->normal[1], shape->normal[2]);
-        float height = -dot(x, y, z, shape->normal[0], shape->normal[1], shape->normal[2]);
+        float x = e.center[0] - p->position[0][i], y = e.center[1] - p->position[1][i],
+              z = e.center[2] - p->position[2][i];
+        float cosine = -dot(r->x[i], r->y[i], r->z[i], e.normal[0], e.normal[1], e.normal[2]);
+        float height = -dot(x, y, z, e.normal[0], e.normal[1], e.normal[2]);
         float slope = ng_max(cosine, 1e-6f), t = height / slope;
         x = r->x[i] * t - x, y = r->y[i] * t - y, z = r->z[i] * t - z;
         float a = dot(x, y, z, u[0], u[1], u[2]), b = dot(x, y, z, v[0], v[1], v[2]);
@@ -312,7 +345,7 @@ static void meet_plane(const struct lf_light_shape *shape, const struct lf_point
         float across = ng_sqrt(a * a + b * b), half_disk = ng_sqrt(half_u * half_v);
         float of_disk = overlap(across, half_disk) * ng_min(1.0f, NG_SHADER_PI / (4 * half_disk));
         m->part[i] = disk ? of_disk : overlap(a, half_u) * overlap(b, half_v);
-        float found = count * t * t / (shape->area * slope);
+        float found = count * t * t / (e.area * slope);
         found = height > 0 ? found : 0;
         m->density[i] = cosine > 1e-6f ? found : 0;
     }
@@ -361,6 +394,118 @@ static void add_lobes(const struct lf_light_shape *shape, const struct lf_points
     }
 }
 
+// ---- directions around the normal ------------------------------------------------------------------------
+
+static inline float share_near(float distance)
+{
+    return ng_clamp((NEAR_BEGINS - distance) / (NEAR_BEGINS - NEAR_WHOLE), 0.0f, 1.0f);
+}
+
+static bool is_any_near(const float share[LF_LANES])
+{
+    float most = 0;
+    for (int i = 0; i < LF_LANES; i++)
+        most = ng_max(most, share[i]);
+    return most > 0;
+}
+
+// How much of a flat emitter's light directions around the normal share with its samples; false if none.
+static bool find_near_plane(const struct lf_light_shape *shape, const struct lf_points *p,
+                            float share[LF_LANES])
+{
+    const struct plane e = plane_of(shape);
+    const float *u = e.u, *v = e.v, *n = e.normal;
+    float per_unit = 1 / shape->coarseness;
+    bool disk = shape->emitter == LF_EMITTER_DISK;
+    LANES
+    {
+        float x = p->position[0][i] - e.center[0], y = p->position[1][i] - e.center[1],
+              z = p->position[2][i] - e.center[2];
+        float a = dot(x, y, z, u[0], u[1], u[2]), b = dot(x, y, z, v[0], v[1], v[2]);
+        float height = dot(x, y, z, n[0], n[1], n[2]);
+        // What lies beside the shape, in half widths.
+        float beside_u = ng_max(ng_max(a, -a) - 1, 0.0f), beside_v = ng_max(ng_max(b, -b) - 1, 0.0f);
+        float beside_disk = ng_max(ng_sqrt(a * a + b * b) - 1, 0.0f);
+        float beside = disk ? beside_disk * beside_disk / ng_min(e.uu, e.vv)
+                            : beside_u * beside_u / e.uu + beside_v * beside_v / e.vv;
+        float distance = ng_sqrt(height * height + beside) * per_unit;
+        float near = share_near(distance);
+        share[i] = height > 0 ? near : 0;
+    }
+    return is_any_near(share);
+}
+
+// The same of other emitters, by the nearest sample: four of them in a row are twice the coarseness.
+static bool find_near_samples(const struct lf_light_shape *shape, const struct lf_points *p,
+                              float share[LF_LANES])
+{
+    float least[LF_LANES], reach = shape->radius + NEAR_BEGINS * shape->coarseness;
+    LANES
+    {
+        float square = way_to(shape->center, p, i).square;
+        share[i] = square < reach * reach ? 1 : 0;
+        least[i] = INFINITY;
+    }
+    if (!is_any_near(share))
+        return false; // none, to begin with
+    for (uint32_t k = 0; k < shape->sample_count; k++) {
+        const struct lf_light_sample *l = &shape->samples[k];
+        LANES
+        {
+            float square = way_to(l->position, p, i).square * l->density;
+            least[i] = ng_min(least[i], square);
+        }
+    }
+    LANES share[i] = share_near(0.5f * ng_sqrt(least[i]));
+    return is_any_near(share);
+}
+
+// By the cosine; `u` as lf_lobe_samples.
+static void choose_around(const struct lf_points *p, const struct surface *s, const float u[3],
+                          struct reflection *r)
+{
+    float sine = ng_sqrt(u[2]), cosine = ng_sqrt(1 - u[2]), a = u[0] * sine, b = u[1] * sine;
+    LANES
+    {
+        r->x[i] = s->tangent[0][i] * a + s->bitangent[0][i] * b + p->normal[0][i] * cosine;
+        r->y[i] = s->tangent[1][i] * a + s->bitangent[1][i] * b + p->normal[1][i] * cosine;
+        r->z[i] = s->tangent[2][i] * a + s->bitangent[2][i] * b + p->normal[2][i] * cosine;
+        r->pdf[i] = cosine / NG_SHADER_PI;
+    }
+}
+
+// What directions around the normal find of a flat emitter: the part of its light that its samples leave out.
+static void add_around(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
+                       float lobes, const float near[LF_LANES], struct sums *sums)
+{
+    struct sums found;
+    memset(&found, 0, sizeof found);
+    for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
+        struct reflection r;
+        struct meeting m;
+        struct arrival a;
+        choose_around(p, s, lf_lobe_samples[k], &r);
+        meet_plane(shape, p, &r, (float)shape->sample_count, &m);
+        LANES
+        {
+            float chosen = near[i] * LF_LOBE_SAMPLES * r.pdf[i];
+            a.x[i] = r.x[i], a.y[i] = r.y[i], a.z[i] = r.z[i];
+            a.light[i] = near[i] * m.part[i] / (chosen + m.density[i] + 1e-20f);
+            a.light[i] = m.density[i] > 0 ? a.light[i] : 0;
+            a.density[i] = 0;
+        }
+        add_arrival(p, s, &a, shape->radiance, 0, 0, NULL, &found);
+    }
+    bool specular = !(lobes > 0); // else directions of the BRDF find it
+    for (int c = 0; c < 3; c++)
+        LANES
+        {
+            sums->diffuse[c][i] += found.diffuse[c][i];
+            sums->facing[c][i] += specular ? found.facing[c][i] : 0;
+            sums->grazing[c][i] += specular ? found.grazing[c][i] : 0;
+        }
+}
+
 // ---- the kernels -----------------------------------------------------------------------------------------
 
 static void finish(const struct lf_points *p, const struct sums *sums, struct lf_lit *out)
@@ -374,10 +519,12 @@ static void finish(const struct lf_points *p, const struct sums *sums, struct lf
         }
 }
 
-// The number of lobes is a constant where this is inlined, so that rough surfaces do none of the work of
-// weighing.
-static inline void light_surfaces(const struct lf_light_shape *shape, const struct lf_points *p, float lobes,
-                                  struct lf_lit *out)
+// What shares the light is constant wherever this is inlined, which it must be, so that surfaces that are
+// rough and far do none of the work of weighing.
+static inline __attribute__((always_inline)) void light_surfaces(const struct lf_light_shape *shape,
+                                                                 const struct lf_points *p, float lobes,
+                                                                 float around, const float near[LF_LANES],
+                                                                 struct lf_lit *out)
 {
     struct surface s;
     struct sums sums;
@@ -388,22 +535,42 @@ static inline void light_surfaces(const struct lf_light_shape *shape, const stru
         find_caps(shape, p, &cap);
         add_sphere(shape, p, &s, &cap, lobes, &sums);
     } else {
-        add_light_samples(shape, p, &s, lobes, &sums);
+        add_light_samples(shape, p, &s, lobes, around, near, &sums);
     }
-    if (lobes > 0 && shape->emitter >= LF_EMITTER_RECTANGLE) {
+    if (shape->emitter >= LF_EMITTER_RECTANGLE) {
         make_frames(p->normal, s.tangent, s.bitangent);
-        add_lobes(shape, p, &s, &cap, &sums);
+        if (around > 0 && shape->emitter != LF_EMITTER_SURFACE)
+            add_around(shape, p, &s, lobes, near, &sums);
+        if (lobes > 0)
+            add_lobes(shape, p, &s, &cap, &sums);
     }
     finish(p, &sums, out);
+}
+
+static bool find_near(const struct lf_light_shape *shape, const struct lf_points *p, float share[LF_LANES])
+{
+    switch (shape->emitter) {
+    case LF_EMITTER_RECTANGLE:
+    case LF_EMITTER_DISK:
+        return find_near_plane(shape, p, share);
+    case LF_EMITTER_SURFACE:
+        return find_near_samples(shape, p, share);
+    default:
+        memset(share, 0, LF_LANES * sizeof *share);
+        return false;
+    }
 }
 
 static void direct(const struct lf_light_shape *shape, const struct lf_points *p, bool lobes,
                    struct lf_lit *out)
 {
-    if (lobes)
-        light_surfaces(shape, p, LF_LOBE_SAMPLES, out);
+    float around = shape->emitter == LF_EMITTER_SURFACE ? LF_AROUND_SAMPLES : LF_LOBE_SAMPLES;
+    if (find_near(shape, p, out->share))
+        light_surfaces(shape, p, lobes ? LF_LOBE_SAMPLES : 0, around, out->share, out);
+    else if (lobes)
+        light_surfaces(shape, p, LF_LOBE_SAMPLES, 0, NULL, out);
     else
-        light_surfaces(shape, p, 0, out);
+        light_surfaces(shape, p, 0, 0, NULL, out);
 }
 
 // A source is a small disk: its form factor does not grow without bounds where the receiver comes near.
@@ -458,9 +625,9 @@ static void nearest_of_plane(const struct lf_light_shape *l, const struct lf_poi
         float extent = disk ? across : most;
         float part = extent > INSIDE ? INSIDE / extent : 1; // toward the centre
         float off = dot(x, y, z, n[0], n[1], n[2]);
-        out[0][i] = l->center[0] + (x - n[0] * off) * part;
-        out[1][i] = l->center[1] + (y - n[1] * off) * part;
-        out[2][i] = l->center[2] + (z - n[2] * off) * part;
+        out[0][i] = l->center[0] + (x - n[0] * off) * part + n[0] * l->skin;
+        out[1][i] = l->center[1] + (y - n[1] * off) * part + n[1] * l->skin;
+        out[2][i] = l->center[2] + (z - n[2] * off) * part + n[2] * l->skin;
     }
 }
 
@@ -492,6 +659,7 @@ static void nearest_of_samples(const struct lf_light_shape *l, const struct lf_p
         out[0][i] = l->center[0], out[1][i] = l->center[1], out[2][i] = l->center[2];
     }
     bool infinite = l->emitter == LF_EMITTER_DIRECTION, surface = l->emitter == LF_EMITTER_SURFACE;
+    float off = surface ? l->skin : 0;
     for (uint32_t k = 0; k < l->sample_count; k++) {
         const struct lf_light_sample *sample = &l->samples[k];
         const float *n = sample->normal;
@@ -503,9 +671,9 @@ static void nearest_of_samples(const struct lf_light_shape *l, const struct lf_p
             cosine = surface && dot(x, y, z, n[0], n[1], n[2]) >= 0 ? -3 : cosine;
             bool nearer = cosine > best[i];
             best[i] = nearer ? cosine : best[i];
-            float px = infinite ? p->position[0][i] + 4 * x : sample->position[0];
-            float py = infinite ? p->position[1][i] + 4 * y : sample->position[1];
-            float pz = infinite ? p->position[2][i] + 4 * z : sample->position[2];
+            float px = infinite ? p->position[0][i] + 4 * x : sample->position[0] + n[0] * off;
+            float py = infinite ? p->position[1][i] + 4 * y : sample->position[1] + n[1] * off;
+            float pz = infinite ? p->position[2][i] + 4 * z : sample->position[2] + n[2] * off;
             out[0][i] = nearer ? px : out[0][i];
             out[1][i] = nearer ? py : out[1][i];
             out[2][i] = nearer ? pz : out[2][i];

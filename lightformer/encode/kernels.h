@@ -25,7 +25,12 @@ struct lf_points {
 
 struct lf_lit {
     float diffuse[3][LF_LANES], glossy[3][LF_LANES];
+    // Near an emitter its samples show one by one; there directions around the normal share its light with
+    // them: this part of each counts. 0 elsewhere.
+    float share[LF_LANES];
 };
+
+#define LF_AROUND_SAMPLES 64
 
 enum lf_emitter {
     LF_EMITTER_POINT,     // samples are points with a cone
@@ -54,7 +59,11 @@ struct lf_light_shape {
     // Rectangle, disk, sphere.
     float center[3], normal[3]; // normal: the side that emits
     float u[3], v[3];           // local coordinates of x: (x - center) . u, .v; from -1 to 1 on the shape
-    float area, radius;         // radius: of a sphere
+    float area, radius;         // radius: of a sphere, or around the samples of any surface
+    float skin;                 // rays end so far off the surface
+    // Half the width that four samples in a row cover: from nearer than that they show one by one. Of any
+    // surface, whose samples lie within `radius` around `center`: where they are sparsest.
+    float coarseness;
     float radiance[3];
 };
 
@@ -67,7 +76,7 @@ struct lf_bounce_source {
 
 // Rays to a light, by lane.
 struct lf_aim {
-    float direction[3][LF_LANES], distance[LF_LANES]; // to a point of the light
+    float direction[3][LF_LANES], distance[LF_LANES]; // to a point of the light, or its skin off it
     float weight[LF_LANES];                           // BRDF times cosine there
 };
 
@@ -86,7 +95,8 @@ struct lf_kernels {
     const char *name;
     // Radiance by parts. `lobes`: the light's samples share the specular part with LF_LOBE_SAMPLES directions
     // chosen by the BRDF, for surfaces smooth enough that light samples alone would show. Where the emitter
-    // is a rectangle, disk or sphere these are in the result; for other extended lights the caller adds them.
+    // is a rectangle, disk or sphere these are in the result, and so are directions around the normal; for
+    // other extended lights the caller adds both.
     void (*direct)(const struct lf_light_shape *light, const struct lf_points *points, bool lobes,
                    struct lf_lit *out);
     // Irradiance / pi.

@@ -8,12 +8,47 @@
 
 #define DISK_SAMPLES 32
 
-// Nodes and weights of the Gauss-Legendre rule of four points on [-1, 1].
-#define RULE 4
-static const float rule[RULE][2] = {{-0.861136312f, 0.347854845f},
-                                    {-0.339981044f, 0.652145155f},
-                                    {0.339981044f, 0.652145155f},
-                                    {0.861136312f, 0.347854845f}};
+// Nodes and weights of the Gauss-Legendre rules of 1, 2, 4, 8 and 16 points on [-1, 1], one after another.
+#define RULE_SAMPLES 16
+static const float rules[][2] = {
+    {0, 2},
+    {-0.577350269f, 1.000000000f},
+    {0.577350269f, 1.000000000f},
+    {-0.861136312f, 0.347854845f},
+    {-0.339981044f, 0.652145155f},
+    {0.339981044f, 0.652145155f},
+    {0.861136312f, 0.347854845f},
+    {-0.960289856f, 0.101228536f},
+    {-0.796666477f, 0.222381034f},
+    {-0.525532410f, 0.313706646f},
+    {-0.183434642f, 0.362683783f},
+    {0.183434642f, 0.362683783f},
+    {0.525532410f, 0.313706646f},
+    {0.796666477f, 0.222381034f},
+    {0.960289856f, 0.101228536f},
+    {-0.989400935f, 0.027152459f},
+    {-0.944575023f, 0.062253524f},
+    {-0.865631202f, 0.095158512f},
+    {-0.755404408f, 0.124628971f},
+    {-0.617876244f, 0.149595989f},
+    {-0.458016778f, 0.169156519f},
+    {-0.281603551f, 0.182603415f},
+    {-0.095012510f, 0.189450610f},
+    {0.095012510f, 0.189450610f},
+    {0.281603551f, 0.182603415f},
+    {0.458016778f, 0.169156519f},
+    {0.617876244f, 0.149595989f},
+    {0.755404408f, 0.124628971f},
+    {0.865631202f, 0.095158512f},
+    {0.944575023f, 0.062253524f},
+    {0.989400935f, 0.027152459f},
+};
+
+// Of `count` points, a power of two.
+static const float (*rule_of(uint32_t count))[2]
+{
+    return rules + count - 1;
+}
 
 // Half axes of a unit rectangle, or radii of a unit disk, and what maps points to coordinates along them.
 // False where they span no plane.
@@ -34,6 +69,7 @@ static bool set_plane(const struct ng_light_surface *surface, const struct lf_sp
     }
     out->emitter = disk ? LF_EMITTER_DISK : LF_EMITTER_RECTANGLE;
     out->area = (disk ? NG_PI : 4) * sqrtf(lf_dot(cross, cross));
+    out->coarseness = sqrtf(fmaxf(xx, yy)); // of a disk
     return true;
 }
 
@@ -77,20 +113,50 @@ static void add_sample(const struct lf_light_clues *light, const struct ng_light
     to->density = type->delta ? 0 : from->pdf * (float)count * (type->infinite ? 1 : square);
 }
 
-// `x`, `y`: half axes.
+static void bound_samples(struct lf_light_shape *out)
+{
+    float least = INFINITY, way[3];
+    for (uint32_t i = 0; i < out->sample_count; i++) {
+        lf_mad(out->center, out->samples[i].position, 1 / (float)out->sample_count, out->center);
+        least = fminf(least, out->samples[i].density);
+    }
+    for (uint32_t i = 0; i < out->sample_count; i++) {
+        lf_mad(out->samples[i].position, out->center, -1, way);
+        out->radius = fmaxf(out->radius, sqrtf(lf_dot(way, way)));
+    }
+    out->coarseness = least > 0 ? 2 / sqrtf(least) : 0;
+}
+
+// How many samples the first side has: so many that the spaces between them are as alike as may be.
+static uint32_t choose_rule(float width, float height)
+{
+    uint32_t count = 4;
+    for (; count < RULE_SAMPLES && width * (float)(RULE_SAMPLES / count) > 2 * height * (float)count;
+         count *= 2)
+        ;
+    for (; count > 1 && height * (float)count > 2 * width * (float)(RULE_SAMPLES / count); count /= 2)
+        ;
+    return count;
+}
+
 static void add_rule(const struct lf_light_clues *light, const float normal[3], struct lf_light_shape *out)
 {
     struct ng_light_surface surface;
     light->unit.type->surface(&light->unit, &surface);
-    float scale = 1 / light->space.radius;
-    for (int i = 0; i < RULE * RULE; i++) {
-        const float *a = rule[i % RULE], *b = rule[i / RULE];
+    const float *side[2] = {&surface.matrix[0], &surface.matrix[4]};
+    float scale = 1 / light->space.radius, half[2];
+    for (int i = 0; i < 2; i++)
+        half[i] = 0.5f * sqrtf(lf_dot(side[i], side[i])) * scale;
+    uint32_t columns = choose_rule(half[0], half[1]), rows = RULE_SAMPLES / columns;
+    out->coarseness = 4 * fmaxf(half[0] / (float)columns, half[1] / (float)rows);
+    for (uint32_t i = 0; i < RULE_SAMPLES; i++) {
+        const float *a = rule_of(columns)[i % columns], *b = rule_of(rows)[i / columns];
         struct lf_light_sample *to = &out->samples[out->sample_count++];
-        lf_mad(out->center, &surface.matrix[0], 0.5f * a[0] * scale, to->position);
-        lf_mad(to->position, &surface.matrix[4], 0.5f * b[0] * scale, to->position);
+        lf_mad(out->center, side[0], 0.5f * a[0] * scale, to->position);
+        lf_mad(to->position, side[1], 0.5f * b[0] * scale, to->position);
         memcpy(to->normal, normal, sizeof to->normal);
         lf_scale(out->radiance, out->area * a[1] * b[1] / 4, to->weight);
-        to->density = RULE * RULE / out->area;
+        to->density = RULE_SAMPLES / out->area;
     }
 }
 
@@ -99,7 +165,7 @@ void lf_shape_make(struct lf_light_clues *light)
     const struct ng_light_type *type = light->unit.type;
     struct lf_light_shape *out = &light->shape;
     struct ng_light_sample samples[LF_LIGHT_SAMPLES];
-    *out = (struct lf_light_shape){0};
+    *out = (struct lf_light_shape){.skin = light->skin / light->space.radius};
     light->lobes_by_hand = false;
     if (!(light->phi > 0))
         return; // dark, but not by its brightness: no samples
@@ -119,4 +185,6 @@ void lf_shape_make(struct lf_light_clues *light)
         add_rule(light, samples[0].normal, out);
     for (uint32_t i = 0; i < count && out->emitter != LF_EMITTER_RECTANGLE; i++)
         add_sample(light, &samples[i], count, out);
+    if (out->emitter == LF_EMITTER_SURFACE)
+        bound_samples(out);
 }

@@ -127,6 +127,72 @@ static void emissive_meshes_too(void **state)
     }
 }
 
+// ---- near lamps ------------------------------------------------------------------------------------------
+
+static const struct ng_light_rectangle strip = {
+    .on = true, .color = {1, 0.5f, 0.2f}, .radiance = 2, .size = {0.05f, 2}};
+static const struct ng_light_rectangle small = {
+    .on = true, .color = {1, 1, 1}, .radiance = 2, .size = {0.8f, 0.5f}};
+
+static void add_near_lamp(struct scene *s, int kind, float height)
+{
+    const float at[3] = {0.1f, height - 1, 0.2f};
+    const float ball_at[3] = {0.1f, height - 1 + ball.radius, 0.2f};
+    ng_entity e;
+    switch (kind) {
+    case 0:
+        scene_light(s, NG_LIGHT_RECTANGLE, &rectangle, at, scene_down);
+        break;
+    case 1:
+        scene_light(s, NG_LIGHT_RECTANGLE, &strip, at, scene_down);
+        break;
+    case 2:
+        scene_light(s, NG_LIGHT_RECTANGLE, &small, at, scene_down);
+        break;
+    case 3:
+        scene_light(s, NG_LIGHT_DISK, &disk, at, scene_down);
+        break;
+    case 4:
+        scene_light(s, NG_LIGHT_SPHERE, &ball, ball_at, NULL);
+        break;
+    default:
+        e = scene_quad(s, (const float[3]){-0.5f, height - 1, -0.3f}, (const float[3]){1, 0, 0},
+                       (const float[3]){0, 0, 0.8f}, scene_glow(s, (const float[3]){2, 2, 2}));
+        OK(ng_world_add(s->world, e, NG_LIGHT_MESH,
+                        &(struct ng_light_mesh){.on = true, .color = {1, 1, 1}, .scale = 1}));
+    }
+}
+
+// From a hand's breadth down to millimetres: no sample of a lamp shows, and nothing is brighter than the
+// lamp.
+static void near_lamps_light_like_far_ones(void **state)
+{
+    static const float heights[] = {0.003f, 0.012f, 0.05f, 0.2f},
+                       materials_near[][2] = {{0, 0.9f}, {0, 0.2f}, {1, 0.6f}};
+    NG_UNUSED(state);
+    for (int kind = 0; kind < 6; kind++)
+        for (size_t m = 0; m < NG_COUNT(materials_near); m++)
+            for (size_t h = 0; h < NG_COUNT(heights); h++) {
+                struct scene s;
+                struct picture p = {0};
+                scene_open(&s, 2);
+                scene_quad(&s, (const float[3]){-3, -1, 3}, (const float[3]){6, 0, 0},
+                           (const float[3]){0, 0, -6},
+                           scene_material(&s, (const float[3]){0.8f, 0.6f, 0.4f}, materials_near[m][0],
+                                          materials_near[m][1]));
+                add_near_lamp(&s, kind, heights[h]);
+                scene_frame(&s, 0);
+                picture_encode(&p, &s, SIZE, SIZE);
+                double error = error_of(&s, &p, 200);
+                print_message("kind %d, %g m, metallic %g, roughness %g: %.2g\n", kind, (double)heights[h],
+                              (double)materials_near[m][0], (double)materials_near[m][1], error);
+                if (!(error < 0.12)) // tens to hundreds, where samples show
+                    fail_msg("too far from the path tracer");
+                picture_close(&p);
+                scene_close(&s);
+            }
+}
+
 // ---- kernels ---------------------------------------------------------------------------------------------
 
 static void random_unit(struct ng_rng *rng, float v[3][LF_LANES], int i)
@@ -167,6 +233,7 @@ static struct lf_light_shape random_shape(struct ng_rng *rng, enum lf_emitter em
                                .v = {0, 0, 3},
                                .area = 0.7f,
                                .radius = 0.2f,
+                               .coarseness = ng_rng_float(rng),
                                .radiance = {1, 2, 3}};
     for (int k = 0; k < 7; k++)
         for (int c = 0; c < 3; c++) {
@@ -260,6 +327,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(unshadowed_light_is_the_path_tracers),
         cmocka_unit_test(emissive_meshes_too),
+        cmocka_unit_test(near_lamps_light_like_far_ones),
         cmocka_unit_test(sixteen_directions_are_the_spirals),
         cmocka_unit_test(instruction_sets_agree),
     };
