@@ -15,15 +15,29 @@ NG_NODISCARD ng_result ng_file_read(const char *path, uint64_t limit, void **dat
 NG_NODISCARD ng_result ng_file_read_named(const char *name, const char *path, uint64_t limit, void **data,
                                           size_t *size);
 
-// Writes to "path.tmp-PID", flushes to disk and renames: readers see the old file or the new one, never a
-// part. A symbolic link stays one, its target is replaced; devices and pipes are written to as they are.
+// Writes beside it under a name of its own, flushes to disk, renames: readers see the old file or the new
+// one, never a part. What is replaced keeps its mode, and as far as the process may give them its owner and
+// access list; its other hard links keep the old bytes. A file that nobody may write to is refused. A
+// symbolic link stays one: what it leads to is replaced or made. Devices and pipes are written to as they
+// are, /dev/stdout after what went there before. Thread-safe; one file is written at a time.
 NG_NODISCARD ng_result ng_file_write(const char *path, const void *data, size_t size);
 // Whether ng_file_write would find a place for this file: to be asked before hours of work. Writes nothing.
 NG_NODISCARD ng_result ng_file_check_writable(const char *path);
+// Removes what ng_file_write has not finished, for a process that ends at once. Safe in a signal handler.
+void ng_file_abandon(void);
 
 bool ng_file_exists(const char *path);
-// Whether two paths lead to one file, or would if it were there.
+// What a path leads to, links followed: paths with equal ids are one file or folder, or would be if it were
+// there.
+struct ng_file_id {
+    uint64_t device, number; // of the file; of its folder, if it is not there yet
+    uint64_t name;           // hash of a name that is not there yet; else 0
+};
+// False for what cannot be replaced, such as devices and pipes, and where not even a folder is.
+bool ng_file_identify(const char *path, struct ng_file_id *out);
 bool ng_file_same(const char *a, const char *b);
+// Whether a file, links followed, is in the folder of the path `beside` or below; true if there is none.
+bool ng_file_is_below(const char *path, const char *beside);
 // Creates a directory and its parents where missing.
 NG_NODISCARD ng_result ng_file_make_directory(const char *path);
 // Calls `fn` with the name of each entry of a directory, "." and ".." too, in no order.

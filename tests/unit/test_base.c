@@ -1,10 +1,8 @@
 // The base library: what the rest of the engine relies on without looking.
-#define _POSIX_C_SOURCE 200809L // symlink
 #include "test.h"
 
 #include "base/arena.h"
 #include "base/array.h"
-#include "base/file.h"
 #include "base/half.h"
 #include "base/jobs.h"
 #include "base/log.h"
@@ -17,7 +15,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static void arena_reuses_its_blocks(void **state)
 {
@@ -110,121 +107,6 @@ static void jobs_run_each_item_once(void **state)
     }
 }
 
-static void file_write_is_atomic_and_errors_name_the_file(void **state)
-{
-    NG_UNUSED(state);
-    char path[512];
-    test_path(path, sizeof path, "a.bin");
-    assert_int_equal(ng_file_write(path, "hello", 5), NG_OK);
-    void *data;
-    size_t size;
-    assert_int_equal(ng_file_read(path, 0, &data, &size), NG_OK);
-    assert_int_equal(size, 5);
-    assert_memory_equal(data, "hello", 6);
-    free(data);
-
-    struct test_log log;
-    test_log_begin(&log);
-    assert_int_equal(ng_file_read(path, 4, &data, &size), NG_ERROR_MEMORY);
-    assert_non_null(strstr(log.text, "a.bin"));
-    assert_int_equal(ng_file_read("/no/such/file", 0, &data, &size), NG_ERROR_NOT_FOUND);
-    assert_non_null(strstr(log.text, "/no/such/file"));
-    assert_int_equal(ng_file_read(".", 0, &data, &size), NG_ERROR_IO);
-    assert_int_equal(ng_file_write("/dev/full/x", "x", 1), NG_ERROR_IO);
-    assert_int_equal(ng_file_write("/no/such/dir/x", "x", 1), NG_ERROR_NOT_FOUND);
-    test_log_end(&log);
-    assert_int_equal(log.errors, 5);
-}
-
-static void what_cannot_be_written_is_known_before(void **state)
-{
-    NG_UNUSED(state);
-    char path[512], link[512];
-    test_path(path, sizeof path, "b.bin");
-    test_path(link, sizeof link, "b.link");
-    remove(path);
-    remove(link);
-    assert_int_equal(ng_file_check_writable(path), NG_OK);
-    assert_false(ng_file_exists(path));
-    assert_int_equal(ng_file_write(path, "hello", 5), NG_OK);
-    assert_int_equal(ng_file_check_writable(path), NG_OK);
-    assert_int_equal(symlink("b.bin", link), 0);
-    assert_int_equal(ng_file_check_writable(link), NG_OK);
-    assert_int_equal(ng_file_check_writable("here.bin"), NG_OK);
-    assert_int_equal(ng_file_check_writable("/dev/null"), NG_OK);
-
-    static const struct {
-        const char *path;
-        ng_result as;
-    } bad[] = {{".", NG_ERROR_IO}, {"/no/such/dir/x", NG_ERROR_NOT_FOUND}, {"/dev/full/x", NG_ERROR_IO}};
-    struct test_log log;
-    for (size_t i = 0; i < NG_COUNT(bad); i++) {
-        test_log_begin(&log);
-        assert_int_equal(ng_file_check_writable(bad[i].path), bad[i].as);
-        assert_int_equal(log.errors, 1);
-        assert_non_null(strstr(log.text, bad[i].path));
-        test_log_end(&log);
-    }
-}
-
-static void one_file_has_many_paths(void **state)
-{
-    NG_UNUSED(state);
-    char path[512], other[512], detour[512], link[512];
-    test_path(path, sizeof path, "same.bin");
-    test_path(detour, sizeof detour, "./same.bin");
-    test_path(other, sizeof other, "other.bin");
-    test_path(link, sizeof link, "same.link");
-    remove(path);
-    remove(other);
-    remove(link);
-    assert_true(ng_file_same(path, detour)); // also where nothing is yet
-    assert_false(ng_file_same(path, other));
-    assert_int_equal(ng_file_write(path, "hello", 5), NG_OK);
-    assert_int_equal(symlink("same.bin", link), 0);
-    assert_true(ng_file_same(path, detour));
-    assert_true(ng_file_same(path, link));
-    assert_false(ng_file_same(path, other));
-}
-
-static void count_name(void *user, const char *name)
-{
-    *(int *)user += strcmp(name, "listed.bin") == 0;
-}
-
-static void folders_are_listed(void **state)
-{
-    NG_UNUSED(state);
-    char path[512], folder[512];
-    struct test_log log;
-    int found = 0;
-    test_path(path, sizeof path, "listed.bin");
-    assert_true(ng_path_beside(path, ".", folder, sizeof folder));
-    assert_int_equal(ng_file_write(path, "hello", 5), NG_OK);
-    assert_int_equal(ng_file_list(folder, count_name, &found), NG_OK);
-    assert_int_equal(found, 1);
-    test_log_begin(&log);
-    assert_int_equal(ng_file_list(path, count_name, &found), NG_ERROR_IO);
-    test_log_end(&log);
-    assert_int_equal(log.errors, 1);
-}
-
-static void paths(void **state)
-{
-    NG_UNUSED(state);
-    char out[16];
-    assert_true(ng_path_beside("a/b.gltf", "c.bin", out, sizeof out));
-    assert_string_equal(out, "a/c.bin");
-    assert_true(ng_path_beside("b.gltf", "c.bin", out, sizeof out));
-    assert_string_equal(out, "c.bin");
-    assert_true(ng_path_beside("a/b.gltf", "/c.bin", out, sizeof out));
-    assert_string_equal(out, "/c.bin");
-    assert_false(ng_path_beside("a/b.gltf", "a-rather-long-name", out, sizeof out));
-    assert_string_equal(ng_path_extension("a.b/c"), "");
-    assert_string_equal(ng_path_extension("a/b.x.exr"), "exr");
-    assert_string_equal(ng_path_extension("a/.hidden"), "");
-}
-
 static void rng_is_fixed_and_uniform(void **state)
 {
     NG_UNUSED(state);
@@ -291,11 +173,6 @@ int main(void)
         cmocka_unit_test(out_of_memory_is_one_line),
         cmocka_unit_test(pool_finds_stale_handles),
         cmocka_unit_test(jobs_run_each_item_once),
-        cmocka_unit_test(file_write_is_atomic_and_errors_name_the_file),
-        cmocka_unit_test(what_cannot_be_written_is_known_before),
-        cmocka_unit_test(one_file_has_many_paths),
-        cmocka_unit_test(folders_are_listed),
-        cmocka_unit_test(paths),
         cmocka_unit_test(rng_is_fixed_and_uniform),
         cmocka_unit_test(halfs_are_exact),
         cmocka_unit_test(halfs_round_to_the_nearest),
