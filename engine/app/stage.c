@@ -27,12 +27,13 @@ struct ng_stage_internal {
 static ng_result load_scene(struct ng_stage *stage, const struct ng_stage_params *params)
 {
     struct ng_jobs_params jobs = {.threads = params->threads};
+    struct ng_gltf_params gltf = {.file = params->file, .user = params->user};
     NG_TRY(ng_jobs_create(&jobs, &stage->jobs));
     NG_TRY(ng_assets_create(&stage->assets));
     NG_TRY(ng_world_create(NULL, &stage->world));
     NG_TRY(ng_components_register(stage->world));
     NG_TRY(ng_scene_systems_add(stage->world, stage->assets, stage->jobs));
-    return ng_gltf_load(params->scene, stage->world, stage->assets, NULL, &stage->scene);
+    return ng_gltf_load(params->scene, stage->world, stage->assets, &gltf, &stage->scene);
 }
 
 static ng_result open_device(struct ng_stage *stage, const struct ng_stage_params *params)

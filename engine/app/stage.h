@@ -23,6 +23,9 @@ struct ng_stage_params {
     uint32_t threads;         // as in struct ng_jobs_params
     bool no_device;           // nothing is drawn: ng_stage_seek and its snapshot are all there is
     bool needs_camera;        // a file without a camera is refused: NG_ERROR_NOT_FOUND
+    // As in struct ng_gltf_params:
+    void (*file)(void *user, const char *path);
+    void *user;
     // As in struct ng_renderer_params, for benchmarks:
     bool redraw_lights, bare_passes;
 };

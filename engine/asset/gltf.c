@@ -66,7 +66,10 @@ bool ng_gltf_file_path(const char *document, const char *name, char *out, size_t
             return false;
     }
     *why = "the path is too long";
-    return ng_path_beside(document, name, out, size);
+    if (!ng_path_beside(document, name, out, size))
+        return false;
+    *why = "is a link that leads out of the document's directory";
+    return ng_file_is_below(out, document);
 }
 
 static int hex_digit(char c)
@@ -161,6 +164,17 @@ static ng_result load(struct gltf_loader *l)
     return ng_gltf_scale_and_camera(l);
 }
 
+// Tells the caller of pictures that no material may use; of other files it hears when they are read.
+static void name_pictures(const struct gltf_loader *l)
+{
+    char path[4096];
+    const char *why;
+    for (uint32_t i = 0; l->limits.file && i < l->doc->image_count; i++)
+        if (l->doc->images[i].uri[0] &&
+            ng_gltf_uri_path(l->path, l->doc->images[i].uri, path, sizeof path, &why))
+            l->limits.file(l->limits.user, path);
+}
+
 static void take_back(struct gltf_loader *l)
 {
     if (!ng_entity_is_null(l->out.root) && ng_entity_destroy(l->world, l->out.root) != NG_OK)
@@ -201,9 +215,10 @@ ng_result ng_gltf_load(const char *path, struct ng_world *world, struct ng_asset
     NG_REQUIRE(path && world && assets, "path, world and assets must be given");
     struct gltf_loader l = {.path = path, .world = world, .assets = assets, .limits = with_defaults(params)};
     struct gltf_document *doc;
-    NG_TRY(ng_gltf_parse(path, l.limits.max_file_size, &doc));
+    NG_TRY(ng_gltf_parse(path, &l.limits, &doc));
     l.doc = doc;
     l.out.hash = doc->hash;
+    name_pictures(&l);
     ng_result r = load(&l);
     if (r == NG_OK)
         *out = l.out;

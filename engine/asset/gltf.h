@@ -21,6 +21,9 @@ struct ng_gltf_params {
     uint32_t max_entities;     // nodes, primitives, materials and clips together; 262,144
     uint32_t max_joints;       // of one skin; 4,096
     uint32_t max_image_side;   // pixels, width or height; 16,384
+    // Called with the path of each file that the document names, unused pictures too. May be null.
+    void (*file)(void *user, const char *path);
+    void *user;
 };
 
 // What was loaded. All entities are descendants of `root`; destroying it removes them.
@@ -40,7 +43,7 @@ struct ng_gltf_scene {
 // Nodes become entities with a name and a transform; primitives get a mesh component (on the node if
 // there is one primitive, else on children); materials become entities; each animation becomes a clip and an
 // entity with an animation component (all of them play). Files named by the document lie in its directory or
-// below; absolute paths, ".." and network addresses are refused.
+// below; absolute paths, "..", network addresses and links that lead elsewhere are refused.
 //
 // On failure one line was logged (file, where, which rule), nothing is left behind in either the world or the
 // store, and `*out` is zero. NG_ERROR_FORMAT: the file breaks a rule; NG_ERROR_UNSUPPORTED: valid but needs

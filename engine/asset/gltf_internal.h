@@ -189,7 +189,8 @@ extern "C" {
 NG_NODISCARD ng_result ng_gltf_scan(const char *path, const char *text, size_t size,
                                     struct gltf_counts *counts);
 // Reads and parses a file; buffers are read too, images are not.
-NG_NODISCARD ng_result ng_gltf_parse(const char *path, uint64_t max_file_size, struct gltf_document **out);
+NG_NODISCARD ng_result ng_gltf_parse(const char *path, const struct ng_gltf_params *params,
+                                     struct gltf_document **out);
 void ng_gltf_document_destroy(struct gltf_document **doc);
 
 // The path of a file that the document names: in the document's directory or below. False (and `*why` says

@@ -43,6 +43,8 @@ static ng_result load_file(struct gltf_loader *l, const char *where, const char 
     const char *why;
     if (!ng_gltf_uri_path(l->path, uri, path, sizeof path, &why))
         return ng_gltf_error(l, "%s: \"%.60s\" %s", where, uri, why);
+    if (l->limits.file)
+        l->limits.file(l->limits.user, path);
     snprintf(name, sizeof name, "%.3000s: %.200s: %.800s", l->path, where, path);
     NG_TRY(image_params(l, where, params));
     void *data;

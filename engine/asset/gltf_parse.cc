@@ -79,6 +79,7 @@ bool find_json(const char *path, const unsigned char *data, size_t size, Span *o
 struct Files {
     const char *document;
     const tinygltf::Model *model;
+    const ng_gltf_params *params;
     uint64_t left; // bytes that all buffers together may still have
     uint64_t *hash;
     ng_result result;
@@ -100,6 +101,8 @@ bool read_file(std::vector<unsigned char> *out, std::string *, const std::string
         ng_log_error("%s: buffer %zu: \"%.60s\" %s", files->document, index, name.c_str(), why);
         return false;
     }
+    if (files->params->file)
+        files->params->file(files->params->user, path);
     if (files->left == 0) {
         ng_log_error("%s: buffer %zu: the limit of bytes of all buffers is used up", files->document, index);
         files->result = NG_ERROR_MEMORY;
@@ -169,10 +172,10 @@ std::string where_it_stopped(const tinygltf::Model &model, const gltf_counts &co
 }
 
 ng_result parse_model(const char *path, const unsigned char *data, size_t size, const gltf_counts &counts,
-                      uint64_t max_file_size, tinygltf::Model *model, uint64_t *hash)
+                      const ng_gltf_params &params, tinygltf::Model *model, uint64_t *hash)
 {
     *hash = ng_hash_bytes(0, data, size);
-    Files files = {path, model, max_file_size, hash, NG_OK};
+    Files files = {path, model, &params, params.max_file_size, hash, NG_OK};
     tinygltf::TinyGLTF parser;
     parser.SetFsCallbacks({file_exists, same_path, read_file, nullptr, &files});
     parser.SetImageLoader(keep_image, nullptr);
@@ -406,7 +409,7 @@ struct Converter {
     }
 };
 
-ng_result parse_bytes(const char *path, const unsigned char *data, size_t size, uint64_t max_file_size,
+ng_result parse_bytes(const char *path, const unsigned char *data, size_t size, const ng_gltf_params &params,
                       gltf_document *doc)
 {
     Span text;
@@ -416,25 +419,25 @@ ng_result parse_bytes(const char *path, const unsigned char *data, size_t size, 
     NG_TRY(ng_gltf_scan(path, text.begin, text.size, &counts));
     auto *model = new tinygltf::Model;
     doc->model = model;
-    NG_TRY(parse_model(path, data, size, counts, max_file_size, model, &doc->hash));
+    NG_TRY(parse_model(path, data, size, counts, params, model, &doc->hash));
     Converter{&doc->arena}.document(*model, doc);
     return NG_OK;
 }
 
 } // namespace
 
-ng_result ng_gltf_parse(const char *path, uint64_t max_file_size, struct gltf_document **out)
+ng_result ng_gltf_parse(const char *path, const struct ng_gltf_params *params, struct gltf_document **out)
 {
     *out = nullptr;
     void *data = nullptr;
     size_t size = 0;
-    NG_TRY(ng_file_read(path, max_file_size < UINT32_MAX ? max_file_size : UINT32_MAX, &data, &size));
+    NG_TRY(ng_file_read(path, std::min<uint64_t>(params->max_file_size, UINT32_MAX), &data, &size));
     gltf_document *doc = static_cast<gltf_document *>(std::calloc(1, sizeof *doc));
     ng_result result = NG_ERROR_MEMORY;
     try {
         if (!doc)
             throw std::bad_alloc();
-        result = parse_bytes(path, static_cast<const unsigned char *>(data), size, max_file_size, doc);
+        result = parse_bytes(path, static_cast<const unsigned char *>(data), size, *params, doc);
     } catch (const std::bad_alloc &) {
         ng_log_error("%s: out of memory while parsing", path);
     } catch (const std::exception &e) {

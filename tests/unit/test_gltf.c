@@ -351,6 +351,46 @@ static void test_the_hash_is_of_all_files(void **state)
     assert_true(hash != hash_of("a.gltf"));
 }
 
+struct names {
+    const char *const *expected;
+    uint32_t seen; // a bit for each
+};
+
+static void see_name(void *user, const char *path)
+{
+    struct names *names = user;
+    for (uint32_t i = 0; names->expected[i]; i++)
+        if (strcmp(strrchr(path, '/') + 1, names->expected[i]) == 0)
+            names->seen |= 1u << i;
+}
+
+// Those that are not used are named too.
+static void test_all_files_are_named(void **state)
+{
+    NG_UNUSED(state);
+    static const char text[] =
+        "{\"asset\": {\"version\": \"2.0\"}, \"buffers\": [{\"uri\": \"a.bin\", \"byteLength\": 4}],"
+        " \"images\": [{\"uri\": \"tex%74ure.png\"}, {\"uri\": \"unused.png\"}],"
+        " \"textures\": [{\"source\": 0}], \"materials\": [{\"normalTexture\": {\"index\": 0}}],"
+        " \"nodes\": [{\"extensions\": {\"NG_scene\": {\"components\":"
+        " {\"light_rectangle\": {\"texture\": {\"uri\": \"lamp.png\"}}}}}}]}";
+    static const char *const files[] = {"a.bin", "texture.png", "unused.png", "lamp.png", NULL};
+    struct names names = {.expected = files};
+    const struct ng_gltf_params params = {.file = see_name, .user = &names};
+    struct loaded l;
+    char path[512];
+    write_file("named.gltf", text, sizeof text - 1);
+    write_file("a.bin", "1234", 4);
+    write_pixel("texture.png", 1);
+    write_pixel("lamp.png", 2);
+    test_path(path, sizeof path, "named.gltf");
+    assert_int_equal(load(&l, path), NG_OK);
+    assert_int_equal(ng_entity_destroy(l.world, l.scene.root), NG_OK);
+    assert_int_equal(ng_gltf_load(path, l.world, l.assets, &params, &l.scene), NG_OK);
+    assert_int_equal(names.seen, (1u << (NG_COUNT(files) - 1)) - 1);
+    finish(&l);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -365,6 +405,7 @@ int main(void)
         cmocka_unit_test(test_defaults),
         cmocka_unit_test(test_several_files),
         cmocka_unit_test(test_the_hash_is_of_all_files),
+        cmocka_unit_test(test_all_files_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 // Files that must be refused: each with one line that says what, where and which rule, and nothing left
 // behind.
+#define _POSIX_C_SOURCE 200809L // symlink
 #include "test.h"
 
 #include "asset/assets.h"
@@ -9,6 +10,8 @@
 #include "base/rng.h"
 #include "components/components.h"
 #include "scene/world.h"
+
+#include <unistd.h>
 
 // Files in tests/files/bad, and a part of the message.
 static const struct {
@@ -377,6 +380,43 @@ static void test_many_buffers(void **state)
     end(&f);
 }
 
+// A scene from elsewhere may come with links: what they show of our disk is none of its business.
+static void test_links_lead_nowhere_else(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const files[] = {
+        "\"buffers\": [{\"uri\": \"%s\", \"byteLength\": 4}]",
+        "\"images\": [{\"uri\": \"%s\"}], \"textures\": [{\"source\": 0}], \"materials\": "
+        "[{\"normalTexture\": {\"index\": 0}}]",
+    };
+    static const char *const links[] = {"link.bin", "folder/secret.bin"};
+    char path[512], link[512];
+    test_path(path, sizeof path, "outside");
+    assert_int_equal(ng_file_make_directory(path), NG_OK);
+    test_path(path, sizeof path, "inside");
+    assert_int_equal(ng_file_make_directory(path), NG_OK);
+    test_path(path, sizeof path, "outside/secret.bin");
+    assert_int_equal(ng_file_write(path, "1234", 4), NG_OK);
+    test_path(link, sizeof link, "inside/link.bin");
+    remove(link);
+    assert_int_equal(symlink("../outside/secret.bin", link), 0);
+    test_path(link, sizeof link, "inside/folder");
+    remove(link);
+    assert_int_equal(symlink("../outside", link), 0);
+    for (size_t i = 0; i < NG_COUNT(files) * NG_COUNT(links); i++) {
+        char text[512];
+        struct text t = {0};
+        snprintf(text, sizeof text, files[i / NG_COUNT(links)], links[i % NG_COUNT(links)]);
+        put(&t, "{\"asset\": {\"version\": \"2.0\"}, ");
+        put(&t, text);
+        put(&t, "}");
+        test_path(path, sizeof path, "inside/scene.gltf");
+        assert_int_equal(ng_file_write(path, t.bytes.items, t.bytes.count), NG_OK);
+        ng_array_finish(&t.bytes);
+        expect_refused(path, "is a link that leads out of the document's directory");
+    }
+}
+
 // glTF 2.0 lets a later minor version say that 2.0 suffices, and asks to try where it says nothing.
 static void test_later_version(void **state)
 {
@@ -563,21 +603,14 @@ static void test_mutations(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_files),
-        cmocka_unit_test(test_missing_file),
-        cmocka_unit_test(test_deep_json),
-        cmocka_unit_test(test_many_values),
-        cmocka_unit_test(test_deep_hierarchy),
-        cmocka_unit_test(test_many_entities),
-        cmocka_unit_test(test_many_joints),
-        cmocka_unit_test(test_gigapixel),
-        cmocka_unit_test(test_many_materials),
-        cmocka_unit_test(test_many_objects),
-        cmocka_unit_test(test_many_buffers),
-        cmocka_unit_test(test_later_version),
-        cmocka_unit_test(test_memory_limit),
-        cmocka_unit_test(test_image_limit),
-        cmocka_unit_test(test_glb),
+        cmocka_unit_test(test_files),          cmocka_unit_test(test_missing_file),
+        cmocka_unit_test(test_deep_json),      cmocka_unit_test(test_many_values),
+        cmocka_unit_test(test_deep_hierarchy), cmocka_unit_test(test_many_entities),
+        cmocka_unit_test(test_many_joints),    cmocka_unit_test(test_gigapixel),
+        cmocka_unit_test(test_many_materials), cmocka_unit_test(test_many_objects),
+        cmocka_unit_test(test_many_buffers),   cmocka_unit_test(test_links_lead_nowhere_else),
+        cmocka_unit_test(test_later_version),  cmocka_unit_test(test_memory_limit),
+        cmocka_unit_test(test_image_limit),    cmocka_unit_test(test_glb),
         cmocka_unit_test(test_mutations),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
