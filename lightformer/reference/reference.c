@@ -120,7 +120,7 @@ static uint64_t count_rays(const struct lf_reference *r)
 
 struct lf_reference_stats lf_reference_stats_of(const struct lf_reference *r)
 {
-    return (struct lf_reference_stats){r->samples, count_rays(r), r->seconds, r->stats};
+    return (struct lf_reference_stats){r->samples, r->unsaved, count_rays(r), r->seconds, r->stats};
 }
 
 struct lf_ray lf_reference_ray(const struct lf_reference *r, float x, float y)
@@ -341,14 +341,15 @@ static bool report(const struct lf_reference *r, const struct lf_reference_run_p
     return p->progress(p->user, &progress);
 }
 
-static ng_result save_when_due(const struct lf_reference *r, const struct lf_reference_run_params *p,
-                               struct clock *clock, bool last)
+// A disk that is full now may have room again at the next time.
+static void save_when_due(struct lf_reference *r, const struct lf_reference_run_params *p,
+                          struct clock *clock, bool last)
 {
     double interval = p->checkpoint_interval > 0 ? p->checkpoint_interval : 60;
     if (!p->checkpoint || (!last && seconds_since(clock->saved_ns) < interval))
-        return NG_OK;
+        return;
     clock->saved_ns = ng_clock_ns();
-    return lf_checkpoint_write(r, p->checkpoint, p->picture);
+    r->unsaved = lf_checkpoint_write(r, p->checkpoint, p->picture) != NG_OK;
 }
 
 ng_result lf_reference_run(struct lf_reference *r, const struct lf_reference_run_params *p)
@@ -359,11 +360,12 @@ ng_result lf_reference_run(struct lf_reference *r, const struct lf_reference_run
     uint64_t now = ng_clock_ns();
     struct clock clock = {.begin_ns = now, .saved_ns = now, .first = r->samples};
     bool more = r->samples < p->samples;
+    r->unsaved = false;
     while (more) {
         NG_TRY(run_pass(r, choose_pass(r, p, &clock)));
         more = report(r, p, &clock) && r->samples < p->samples &&
                !(p->time_limit > 0 && seconds_since(clock.begin_ns) >= p->time_limit);
-        NG_TRY(save_when_due(r, p, &clock, !more));
+        save_when_due(r, p, &clock, !more);
     }
     r->seconds += seconds_since(clock.begin_ns);
     return NG_OK;

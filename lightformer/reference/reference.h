@@ -61,19 +61,21 @@ struct lf_reference_run_params {
     bool (*progress)(void *user, const struct lf_reference_progress *progress);
     void *user;
     // A file in which the samples are kept: continued if it is there, written now and then and at the end.
-    // It must be of the same picture: parameters and `picture`, a hash of all else that it follows from.
+    // One that cannot be written (a full disk) costs no samples: lf_reference_stats.unsaved. It must be of
+    // the same picture: parameters and `picture`, a hash of all else that it follows from.
     const char *checkpoint;
     uint64_t picture;
     double checkpoint_interval; // seconds; 0: 60
 };
 
 // Adds samples. Errors, logged: NG_ERROR_FORMAT (a sample that is not a number, with its pixel and seed; a
-// checkpoint that is damaged or of another picture), NG_ERROR_IO.
+// checkpoint that is damaged or of another picture), NG_ERROR_IO (one that cannot be read).
 NG_NODISCARD ng_result lf_reference_run(struct lf_reference *reference,
                                         const struct lf_reference_run_params *params);
 
 struct lf_reference_stats {
     uint32_t samples; // a pixel
+    bool unsaved;     // the last run could not write its checkpoint, which was logged
     // Of the runs since lf_reference_begin:
     uint64_t rays; // path and shadow rays
     double seconds;

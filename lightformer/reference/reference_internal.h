@@ -17,6 +17,7 @@ struct lf_reference {
     struct lf_light_choice lights;
     struct lf_sums *sums; // [region.height][region.width]
     uint32_t samples;
+    bool unsaved; // no checkpoint has them, though one should
     struct lf_path_stats stats;
     double seconds;
     struct lf_tile *tiles;
