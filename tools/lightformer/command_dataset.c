@@ -1,5 +1,6 @@
 // lightformer dataset: samples of a scene in shards; a look at what is there.
 #include "commands.h"
+#include "files.h"
 #include "output.h"
 #include "progress.h"
 #include "scene_file.h"
@@ -7,6 +8,7 @@
 #include "app/stage.h"
 #include "base/file.h"
 #include "lightformer/dataset/dataset.h"
+#include "lightformer/dataset/manifest.h"
 
 #include <string.h>
 
@@ -30,11 +32,13 @@ static const char *const not_with_check[] = {
 static const struct cli_option options[] = {
     {.name = "SCENE",
      .kind = CLI_TEXT,
+     .flags = CLI_READS,
      .offset = offsetof(struct dataset, scene),
      .doc = "a glTF file (.glb or .gltf) with variation components"},
     {.name = "--output",
      .letter = 'o',
      .kind = CLI_TEXT,
+     .flags = CLI_WRITES,
      .offset = offsetof(struct dataset, output),
      .value = "DIR",
      .doc = "the folder; what it has already is kept"},
@@ -47,6 +51,7 @@ static const struct cli_option options[] = {
     NUMBER("--spp", spp, "64", 1, UINT32_MAX, "paths a pixel of the targets"),
     {.name = "--targets",
      .kind = CLI_TEXT,
+     .flags = CLI_READS,
      .offset = offsetof(struct dataset, targets),
      .value = "DIR",
      .doc =
@@ -69,12 +74,14 @@ static const struct cli_option options[] = {
      .doc = "a camera of the scene; the first one if not given"},
     {.name = "--check",
      .kind = CLI_TEXT,
+     .flags = CLI_READS,
      .offset = offsetof(struct dataset, check),
      .value = "DIR",
      .excludes = not_with_check,
      .doc = "instead: read every shard of a data set and find damage"},
     {.name = "--contact-sheet",
      .kind = CLI_TEXT,
+     .flags = CLI_WRITES,
      .offset = offsetof(struct dataset, sheet),
      .value = "OUT.png",
      .doc = "the first crops with all channels side by side"},
@@ -153,19 +160,32 @@ static ng_result make(const struct dataset *d, struct ng_stage *stage)
     return result;
 }
 
-static ng_result make_dataset(const struct dataset *d)
+static void add_scene_file(void *user, const char *path)
 {
-    struct ng_stage_params params = {
-        .scene = d->scene, .device = d->device, .threads = d->threads, .needs_camera = true};
-    struct ng_stage *stage;
-    NG_TRY(scene_file_check(d->scene));
-    NG_TRY(ng_stage_create(&params, &stage));
-    ng_result result = make(d, stage);
-    ng_stage_destroy(&stage);
-    return result;
+    cli_files_read(user, "a file of SCENE", path);
 }
 
-static ng_result check(const struct dataset *d)
+// An exit code.
+static int make_dataset(const struct dataset *d, struct cli_files *files)
+{
+    struct ng_stage_params params = {.scene = d->scene,
+                                     .device = d->device,
+                                     .threads = d->threads,
+                                     .needs_camera = true,
+                                     .file = add_scene_file,
+                                     .user = files};
+    struct ng_stage *stage;
+    if (scene_file_check(d->scene) != NG_OK || ng_stage_create(&params, &stage) != NG_OK)
+        return CLI_FAILED;
+    int code = CLI_USAGE;
+    if (cli_files_check(files, "dataset"))
+        code = make(d, stage) == NG_OK ? CLI_DONE : CLI_FAILED;
+    ng_stage_destroy(&stage);
+    return code;
+}
+
+// An exit code.
+static int check(const struct dataset *d)
 {
     struct lf_dataset_contents c;
     ng_result result = lf_dataset_check(d->check, &c);
@@ -173,18 +193,67 @@ static ng_result check(const struct dataset *d)
         printf("%u shards, %llu samples, %llu tensors, %.1f MiB; %u shards damaged\n", c.shards,
                (unsigned long long)c.samples, (unsigned long long)c.tensors, (double)c.bytes / (1 << 20),
                c.damaged);
-    return result;
+    return result == NG_OK ? CLI_DONE : CLI_FAILED;
+}
+
+// A data set whose files are among those of the command.
+struct folder {
+    struct cli_files *files;
+    const char *role, *path;
+    bool written;
+};
+
+static void add_file_of(void *user, const char *name)
+{
+    const struct folder *f = user;
+    struct lf_shard shard;
+    char path[4096];
+    if (strcmp(name, "manifest.json") != 0 && !lf_shard_of_name(name, &shard))
+        return;
+    int n = snprintf(path, sizeof path, "%s/%s", f->path, name);
+    if (n > 0 && (size_t)n < sizeof path)
+        (f->written ? cli_files_write : cli_files_read)(f->files, f->role, path);
+}
+
+// Those that are there: links and other names of files lead from elsewhere only to these.
+static ng_result add_folder(struct cli_files *files, const char *role, const char *path, bool written)
+{
+    struct folder folder = {files, role, path, written};
+    return path && ng_file_exists(path) ? ng_file_list(path, add_file_of, &folder) : NG_OK;
+}
+
+static ng_result find_files(const struct dataset *d, struct cli_files *files)
+{
+    cli_files_add_options(files, &cli_dataset_command, d);
+    NG_TRY(add_folder(files, "--output", d->output, true));
+    NG_TRY(add_folder(files, "--targets", d->targets, false));
+    return add_folder(files, "--check", d->check, false);
+}
+
+static int run_on(const struct dataset *d, struct cli_files *files)
+{
+    if (find_files(d, files) != NG_OK)
+        return CLI_FAILED;
+    if (!cli_files_check(files, "dataset"))
+        return CLI_USAGE;
+    if (d->sheet && ng_file_check_writable(d->sheet) != NG_OK)
+        return CLI_FAILED;
+    int code = d->check ? check(d) : make_dataset(d, files);
+    if (code == CLI_DONE && d->sheet &&
+        lf_dataset_contact_sheet(d->check ? d->check : d->output, d->sheet, 0) != NG_OK)
+        code = CLI_FAILED;
+    return code;
 }
 
 static int run(const void *args)
 {
     const struct dataset *d = args;
+    struct cli_files files = {0};
     if (!check_options(d))
         return CLI_USAGE;
-    ng_result result = d->check ? check(d) : make_dataset(d);
-    if (result == NG_OK && d->sheet)
-        result = lf_dataset_contact_sheet(d->check ? d->check : d->output, d->sheet, 0);
-    return result == NG_OK ? CLI_DONE : CLI_FAILED;
+    int code = run_on(d, &files);
+    cli_files_finish(&files);
+    return code;
 }
 
 const struct cli_command cli_dataset_command = {

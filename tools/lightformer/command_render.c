@@ -1,5 +1,6 @@
 // lightformer render: a scene to pictures, without a display.
 #include "commands.h"
+#include "files.h"
 #include "output.h"
 #include "progress.h"
 #include "render_reference.h"
@@ -10,6 +11,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "lightformer/dataset/sampler.h"
+#include "lightformer/neural/neural.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -116,6 +118,7 @@ static const struct cli_option options[] = {
      .doc = "more layers for the EXR"},
     {.name = "--graph",
      .kind = CLI_TEXT,
+     .flags = CLI_WRITES,
      .offset = offsetof(struct render, graph),
      .value = "FILE.dot",
      .doc = "write the render graph of the last frame"},
@@ -170,6 +173,7 @@ static const struct cli_option options[] = {
      .doc = "reference: stop after so many seconds; 0: none"},
     {.name = "--resume",
      .kind = CLI_TEXT,
+     .flags = CLI_WRITES,
      .offset = offsetof(struct render, resume),
      .value = "FILE",
      .doc = "reference: keep the paths in this file, and go on from it if it is there"},
@@ -178,6 +182,7 @@ static const struct cli_option options[] = {
 // A rendering under way.
 struct job {
     const struct render *render;
+    struct cli_files files; // what is read and written
     struct ng_stage *stage;
     const struct method *method;
     void *method_state;                    // of the renderer's methods
@@ -216,9 +221,6 @@ static bool check_method(const struct render *r)
         return refuse("--method reference has neither a graph nor a device");
     if (r->resume && r->frames.given)
         return refuse("--resume keeps one picture, not --frames");
-    for (uint32_t i = 0; r->resume && i < r->outputs.count; i++)
-        if (ng_file_same(r->resume, r->outputs.items[i]))
-            return refuse("--resume and --output name the same file; paths and picture need one each");
     return true;
 }
 
@@ -380,6 +382,14 @@ static ng_result render_picture(struct job *job)
     return result;
 }
 
+static ng_result number_path(const char *output, uint32_t number, char *out, size_t size)
+{
+    if (output_numbered(output, number, out, size))
+        return NG_OK;
+    ng_log_error("%s: the path is too long", output);
+    return NG_ERROR_IO;
+}
+
 static ng_result write_numbered(const struct job *job, uint32_t number)
 {
     const struct render *r = job->render;
@@ -390,10 +400,7 @@ static ng_result write_numbered(const struct job *job, uint32_t number)
     NG_TRY(fetch(job, layers, &picture));
     for (uint32_t i = 0; i < r->outputs.count; i++) {
         char path[4096];
-        if (!output_numbered(r->outputs.items[i], number, path, sizeof path)) {
-            ng_log_error("%s: the path is too long", r->outputs.items[i]);
-            return NG_ERROR_IO;
-        }
+        NG_TRY(number_path(r->outputs.items[i], number, path, sizeof path));
         NG_TRY(write_output(job, path, &picture, &values));
     }
     return NG_OK;
@@ -483,28 +490,83 @@ static ng_result vary(struct job *job)
     return NG_OK;
 }
 
-// That files cannot be written is better known before the work than after. A sequence's names differ in their
-// numbers alone.
+// Every file that a picture goes to: a sequence writes numbered ones only.
+static ng_result each_output(const struct render *r, ng_result (*each)(void *user, const char *path),
+                             void *user)
+{
+    for (uint32_t i = 0; i < r->outputs.count; i++) {
+        if (!r->frames.given)
+            NG_TRY(each(user, r->outputs.items[i]));
+        for (uint32_t n = r->frames.first; r->frames.given && n <= r->frames.last; n++) {
+            char path[4096];
+            NG_TRY(number_path(r->outputs.items[i], n, path, sizeof path));
+            NG_TRY(each(user, path));
+        }
+    }
+    return NG_OK;
+}
+
+static ng_result add_output(void *user, const char *path)
+{
+    cli_files_write(user, "--output", path);
+    return NG_OK;
+}
+
+// Weights beside the scene are its own whatever the method.
+static ng_result find_files(struct job *job)
+{
+    const struct render *r = job->render;
+    char weights[4096];
+    cli_files_add_options(&job->files, &cli_render_command, r);
+    if (lf_neural_find_weights(r->scene, weights, sizeof weights))
+        cli_files_read(&job->files, "the weights beside SCENE", weights);
+    return each_output(r, add_output, &job->files);
+}
+
+static void add_scene_file(void *user, const char *path)
+{
+    cli_files_read(user, "a file of SCENE", path);
+}
+
+static ng_result check_output(void *user, const char *path)
+{
+    NG_UNUSED(user);
+    return ng_file_check_writable(path);
+}
+
+// That files cannot be written is better known before the work than after.
 static ng_result check_outputs(const struct render *r)
 {
-    for (uint32_t i = 0; i < r->outputs.count; i++)
-        NG_TRY(ng_file_check_writable(r->outputs.items[i]));
+    NG_TRY(each_output(r, check_output, NULL));
     if (r->graph)
         NG_TRY(ng_file_check_writable(r->graph));
     return r->resume ? ng_file_check_writable(r->resume) : NG_OK;
 }
 
-static ng_result render(struct job *job)
+// Everything up to the point where the files are known. An exit code.
+static int begin(struct job *job)
 {
     const struct render *r = job->render;
-    NG_TRY(scene_file_check(r->scene));
-    NG_TRY(check_outputs(r));
+    if (find_files(job) != NG_OK)
+        return CLI_FAILED;
+    if (!cli_files_check(&job->files, "render"))
+        return CLI_USAGE;
     struct ng_stage_params params = {.scene = r->scene,
                                      .device = r->device,
                                      .threads = r->threads,
                                      .no_device = is_reference(r),
-                                     .needs_camera = is_reference(r) || r->variation.given};
-    NG_TRY(ng_stage_create(&params, &job->stage));
+                                     .needs_camera = is_reference(r) || r->variation.given,
+                                     .file = add_scene_file,
+                                     .user = &job->files};
+    if (scene_file_check(r->scene) != NG_OK || check_outputs(r) != NG_OK ||
+        ng_stage_create(&params, &job->stage) != NG_OK)
+        return CLI_FAILED;
+    return cli_files_check(&job->files, "render") ? CLI_DONE : CLI_USAGE;
+}
+
+static ng_result render(struct job *job)
+{
+    const struct render *r = job->render;
     NG_TRY(vary(job));
     if (is_reference(r))
         NG_TRY(open_reference(job));
@@ -516,7 +578,10 @@ static ng_result render(struct job *job)
     choose_layers(job);
     NG_TRY(begin_motion(job));
     NG_TRY(r->frames.given ? render_sequence(job) : render_picture(job));
-    return r->graph ? write_graph(job, r->graph) : NG_OK;
+    if (r->graph)
+        NG_TRY(write_graph(job, r->graph));
+    // The picture is there, but not all that was asked for.
+    return render_reference_unsaved(job->reference) ? NG_ERROR_IO : NG_OK;
 }
 
 static int run(const void *args)
@@ -526,22 +591,26 @@ static int run(const void *args)
     struct job job = {.render = &values, .method = method_of(METHOD_RENDER, values.method)};
     if (!check_options(job.render))
         return CLI_USAGE;
-    ng_result result = render(&job);
+    int code = begin(&job);
+    cli_files_finish(&job.files);
+    if (code == CLI_DONE && render(&job) != NG_OK)
+        code = CLI_FAILED;
     render_reference_destroy(&job.reference);
     method_close(job.method, &job.method_state);
     lf_scene_sampler_destroy(&job.sampler);
     ng_stage_destroy(&job.stage);
-    return result == NG_OK ? CLI_DONE : CLI_FAILED;
+    return code;
 }
 
 const struct cli_command cli_render_command = {
     .name = "render",
     .summary = "Renders a scene to pictures; no display is needed.",
-    .notes =
-        "--aov all: every layer that the method computes.\n"
-        "--resume writes its file once a minute and at the end: what is interrupted loses a minute at most.\n"
-        "A sequence is numbered: -o out/chess.png --frames 0..59 writes out/chess.0000.png to "
-        "out/chess.0059.png.",
+    .notes = "--aov all: every layer that the method computes.\n"
+             "--resume writes its file once a minute, at the end and at Ctrl-C (a second one ends at once): "
+             "what is\n"
+             "interrupted otherwise loses a minute at most.\n"
+             "A sequence is numbered: -o out/chess.png --frames 0..59 writes out/chess.0000.png to "
+             "out/chess.0059.png.",
     .options = options,
     .option_count = NG_COUNT(options),
     .values_size = sizeof(struct render),

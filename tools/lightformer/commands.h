@@ -16,7 +16,7 @@
     }
 #define CLI_WEIGHTS(type_)                                                                                   \
     {                                                                                                        \
-        .name = "--weights", .kind = CLI_TEXT, .flags = CLI_PICTURE | CLI_PATH,                              \
+        .name = "--weights", .kind = CLI_TEXT, .flags = CLI_PICTURE | CLI_PATH | CLI_READS,                  \
         .offset = offsetof(type_, weights), .value = "FILE",                                                 \
         .doc = "neural: the network; if not given SCENE.weights.safetensors beside the scene"                \
     }

@@ -1,6 +1,8 @@
 // The command line of the project: lightformer COMMAND ...
 #include "commands.h"
+#include "files.h"
 
+#include "base/interrupt.h"
 #include "base/result.h"
 
 #include <assert.h>
@@ -47,8 +49,19 @@ static int finish(int code)
     return code == CLI_DONE ? CLI_FAILED : code;
 }
 
+// Of the files that the command line names nothing is written over another.
+static bool check_files(const struct cli_command *command, const void *values)
+{
+    struct cli_files files = {0};
+    cli_files_add_options(&files, command, values);
+    bool good = cli_files_check(&files, command->name);
+    cli_files_finish(&files);
+    return good;
+}
+
 int main(int argc, char **argv)
 {
+    ng_interrupt_watch();
     if (argc < 2) {
         print_overview(stderr);
         return CLI_USAGE;
@@ -69,7 +82,7 @@ int main(int argc, char **argv)
     assert(command->values_size <= sizeof values);
     switch (cli_parse(command, argc - 2, argv + 2, values, stderr)) {
     case CLI_RUN:
-        return finish(command->run(values));
+        return finish(check_files(command, values) ? command->run(values) : CLI_USAGE);
     case CLI_HELP:
         cli_help(command, stdout);
         return finish(CLI_DONE);

@@ -50,6 +50,8 @@ enum {
     CLI_REQUIRED = 1, // must be given
     CLI_PICTURE = 2,  // changes the picture: part of the canonical command
     CLI_PATH = 4,     // a CLI_TEXT that names a file: without its folder in the canonical command
+    CLI_READS = 8,    // a CLI_TEXT: a file or folder that the command reads
+    CLI_WRITES = 16,  // or writes, so that it may be no other of the command's files (files.h)
 };
 
 struct cli_option {
@@ -72,7 +74,7 @@ struct cli_option {
 
 #define CLI_ARGUMENT(type_, member_, name_, doc_)                                                            \
     {                                                                                                        \
-        .name = (name_), .kind = CLI_TEXT, .flags = CLI_REQUIRED | CLI_PICTURE,                              \
+        .name = (name_), .kind = CLI_TEXT, .flags = CLI_REQUIRED | CLI_PICTURE | CLI_READS,                  \
         .offset = offsetof(type_, member_), .doc = (doc_)                                                    \
     }
 

@@ -1,9 +1,11 @@
 #include "render_reference.h"
 #include "progress.h"
 
+#include "base/interrupt.h"
 #include "base/log.h"
 #include "lightformer/reference/check.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 struct render_reference {
@@ -55,7 +57,17 @@ void render_reference_destroy(struct render_reference **reference)
 static bool show_progress(void *user, const struct lf_reference_progress *p)
 {
     progress_update(user, p->samples);
-    return true;
+    return !ng_interrupt_came();
+}
+
+// Ends the process if a signal came: what there is is in the checkpoint.
+static void obey(const struct render_reference *r, ng_result result)
+{
+    struct lf_reference_stats stats = lf_reference_stats_of(r->reference);
+    if (result == NG_OK && ng_interrupt_came() && !stats.unsaved)
+        fprintf(stderr, "%s: holds %u of %u samples a pixel; the same command goes on from there\n",
+                r->params.checkpoint, stats.samples, r->params.samples);
+    ng_interrupt_release();
 }
 
 ng_result render_reference_draw(struct render_reference *r, const struct ng_snapshot *snapshot,
@@ -73,10 +85,18 @@ ng_result render_reference_draw(struct render_reference *r, const struct ng_snap
     NG_TRY(lf_tracer_update(r->tracer, snapshot));
     NG_TRY(lf_reference_begin(r->reference, r->tracer));
     progress_begin(&progress, "sample", p->samples);
+    if (p->checkpoint)
+        ng_interrupt_hold();
     ng_result result = lf_reference_run(r->reference, &run);
     progress_end(&progress);
+    obey(r, result);
     *samples = lf_reference_stats_of(r->reference).samples;
     return result;
+}
+
+bool render_reference_unsaved(const struct render_reference *r)
+{
+    return r && lf_reference_stats_of(r->reference).unsaved;
 }
 
 ng_result render_reference_fetch(struct render_reference *r, const char *const *layers, uint32_t layer_count,

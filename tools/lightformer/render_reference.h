@@ -24,9 +24,13 @@ NG_NODISCARD ng_result render_reference_create(const struct render_reference_par
                                                struct render_reference **out);
 void render_reference_destroy(struct render_reference **reference);
 // Makes the picture of a snapshot; `*samples` says how many it got. The snapshot must stay until the picture
-// is fetched.
+// is fetched. With a checkpoint, a signal that asks the process to end (base/interrupt.h) does so after the
+// samples at hand are kept.
 NG_NODISCARD ng_result render_reference_draw(struct render_reference *reference,
                                              const struct ng_snapshot *snapshot, uint32_t *samples);
+// Whether the samples of the last picture could not be kept in the checkpoint, which was logged. Null has
+// none.
+bool render_reference_unsaved(const struct render_reference *reference);
 // The last picture's layers, and what a display shows if `display`. They belong to the reference until the
 // next call.
 NG_NODISCARD ng_result render_reference_fetch(struct render_reference *reference, const char *const *layers,
