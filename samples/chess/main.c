@@ -15,6 +15,7 @@
 #include "app/window.h"
 #include "asset/png.h"
 #include "base/file.h"
+#include "base/interrupt.h"
 #include "base/result.h"
 #include "base/system.h"
 #include "lightformer/neural/neural.h"
@@ -92,7 +93,13 @@ static ng_result play(const struct options *o)
     return result;
 }
 
-// Draws one frame and writes what a display would show: DIR/chess.0007.png.
+// DIR/chess.0007.png
+static void name_frame(const struct options *o, int number, char *out, size_t size)
+{
+    snprintf(out, size, "%s/chess.%04d.png", o->out, number);
+}
+
+// Draws one frame and writes what a display would show.
 static ng_result write_frame(const struct show *show, const struct options *o, int number)
 {
     static const char *const layers[] = {"display"};
@@ -110,7 +117,7 @@ static ng_result write_frame(const struct show *show, const struct options *o, i
     png.pixels = pixels;
 
     char path[4096];
-    snprintf(path, sizeof path, "%s/chess.%04d.png", o->out, number);
+    name_frame(o, number, path, sizeof path);
     NG_TRY(ng_png_write(path, &png));
     puts(path);
     return NG_OK;
@@ -159,14 +166,32 @@ static bool parse(int argc, char **argv, struct options *o)
     return true;
 }
 
+// No frame may take the place of what it is drawn from.
+static bool frames_are_others(const struct options *o)
+{
+    char path[4096];
+    for (int i = 0; o->headless && i < o->frames; i++) {
+        name_frame(o, i, path, sizeof path);
+        if (!ng_file_same(path, o->scene) && !ng_file_same(path, o->weights))
+            continue;
+        fprintf(stderr, "chess: %s would be written over the scene or its weights; give another --out\n",
+                path);
+        return false;
+    }
+    return true;
+}
+
 int main(int argc, char **argv)
 {
     struct options o;
+    ng_interrupt_watch();
     if (!parse(argc, argv, &o)) {
         fputs(
             "usage: chess [--scene FILE] [--neural [--weights FILE]] [--headless [--frames N] [--out DIR]]\n",
             stderr);
         return 2;
     }
+    if (!frames_are_others(&o))
+        return 2;
     return (o.headless ? record(&o) : play(&o)) == NG_OK ? 0 : 1;
 }

@@ -2,6 +2,7 @@
 #include "content.h"
 
 #include "base/file.h"
+#include "base/interrupt.h"
 #include "base/log.h"
 
 #include <stdio.h>
@@ -28,6 +29,7 @@ static ng_result write_file(const char *dir, const struct content_file *file)
 
 int main(int argc, char **argv)
 {
+    ng_interrupt_watch();
     if (argc != 2) {
         fprintf(stderr, "usage: content_builder DIR\nWrites the files of content/ below DIR.\n");
         return 2;
