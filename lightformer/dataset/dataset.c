@@ -85,7 +85,7 @@ static void make_settings(const struct lf_dataset_params *p, struct lf_settings 
     put_word(note, "time", word);
 }
 
-// Runs that were killed while they wrote leave "SHARD.tmp-PID". Those of shards of this range are nobody
+// Runs that were killed while they wrote leave "SHARD.tmp-RANDOM". Those of shards of this range are nobody
 // else's: no two runs make the same seeds.
 static void remove_leftover(void *user, const char *name)
 {
