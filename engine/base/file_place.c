@@ -116,10 +116,10 @@ ng_result ng_file_place_check(const char *path, const struct ng_file_place *plac
     if (place->exists && !S_ISREG(mode))
         return NG_OK;
     if (faccessat(AT_FDCWD, place->folder, W_OK | X_OK, AT_EACCESS) != 0)
-        return ng_file_error("write", path);
+        return ng_file_error("write to its folder", path);
     if (is_stuck(place)) {
         errno = EPERM;
-        return ng_file_error("write", path);
+        return ng_file_error("replace another user's file in this folder", path);
     }
     return NG_OK;
 }

@@ -169,12 +169,9 @@ static void halfs_round_to_the_nearest(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(arena_reuses_its_blocks),
-        cmocka_unit_test(out_of_memory_is_one_line),
-        cmocka_unit_test(pool_finds_stale_handles),
-        cmocka_unit_test(jobs_run_each_item_once),
-        cmocka_unit_test(rng_is_fixed_and_uniform),
-        cmocka_unit_test(halfs_are_exact),
+        cmocka_unit_test(arena_reuses_its_blocks),    cmocka_unit_test(out_of_memory_is_one_line),
+        cmocka_unit_test(pool_finds_stale_handles),   cmocka_unit_test(jobs_run_each_item_once),
+        cmocka_unit_test(rng_is_fixed_and_uniform),   cmocka_unit_test(halfs_are_exact),
         cmocka_unit_test(halfs_round_to_the_nearest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
