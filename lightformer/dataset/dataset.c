@@ -101,6 +101,37 @@ static void remove_leftover(void *user, const char *name)
         remove(path);
 }
 
+// The shard of this range that holds a seed: shards are cut at multiples.
+static struct lf_shard shard_at(const struct run *run, uint64_t seed)
+{
+    uint64_t end = run->p.seed + run->p.count, first = seed - seed % run->per_shard,
+             next = first + run->per_shard;
+    first = first > run->p.seed ? first : run->p.seed;
+    next = next < end ? next : end;
+    return (struct lf_shard){.first_seed = first, .samples = (uint32_t)(next - first)};
+}
+
+// A shard takes the place of those that it overlaps, which must not hold what it has not.
+static ng_result check_cuts(const struct run *run)
+{
+    uint64_t end = run->p.seed + run->p.count;
+    for (size_t i = 0; i < run->manifest.shards.count; i++) {
+        const struct lf_shard *old = &run->manifest.shards.items[i];
+        uint64_t old_end = old->first_seed + old->samples;
+        if (old_end <= run->p.seed || old->first_seed >= end)
+            continue;
+        struct lf_shard by = shard_at(run, old->first_seed > run->p.seed ? old->first_seed : run->p.seed);
+        if (by.first_seed <= old->first_seed && old_end <= by.first_seed + by.samples)
+            continue;
+        ng_log_error("%s: seeds %" PRIu64 " to %" PRIu64
+                     " are one shard there, which other ranges would cut; "
+                     "ask for all of them, with the same --shard, or choose another folder",
+                     run->p.directory, old->first_seed, old_end - 1);
+        return NG_ERROR_FORMAT;
+    }
+    return NG_OK;
+}
+
 // A folder holds one data set: its manifest has to have these settings.
 static ng_result open_manifest(struct run *run)
 {
@@ -115,8 +146,10 @@ static ng_result open_manifest(struct run *run)
     }
     NG_TRY(found);
     const struct lf_setting *other = lf_settings_difference(&run->manifest.settings, &settings);
-    if (!other)
+    if (!other) {
+        NG_TRY(check_cuts(run));
         return ng_file_list(run->p.directory, remove_leftover, run);
+    }
     ng_log_error("%s: holds a data set with other settings (%s is \"%s\" there); choose another folder",
                  run->p.directory, other->key, other->value);
     return NG_ERROR_FORMAT;
@@ -268,16 +301,24 @@ static ng_result make_shard(struct run *run, struct lf_shard *shard, const char 
     return result;
 }
 
-static bool is_whole(struct run *run, struct lf_shard *shard, const char *path)
+// Whether the shard is there, whole. Fails if it is one of another data set: only what is damaged is made
+// again.
+static ng_result look_for(struct run *run, struct lf_shard *shard, const char *path, bool *whole)
 {
     struct lf_tensors tensors;
     const char *wrong;
+    *whole = false;
     if (!ng_file_exists(path))
-        return false;
+        return NG_OK;
     const struct lf_shard *listed = lf_manifest_find(&run->manifest, shard);
     shard->hash = listed ? listed->hash : 0; // 0: any
-    bool whole = lf_shard_try(path, &run->manifest.settings, shard, &tensors, &wrong) == NG_OK;
-    if (whole) {
+    ng_result result = lf_shard_try(path, &run->manifest.settings, shard, &tensors, &wrong);
+    if (result == NG_ERROR_UNSUPPORTED) {
+        ng_log_error("%s: %s; choose another folder, or remove it", path, wrong);
+        return NG_ERROR_FORMAT;
+    }
+    *whole = result == NG_OK;
+    if (*whole) {
         shard->hash = tensors.hash;
         run->report->kept++;
     } else {
@@ -286,7 +327,7 @@ static bool is_whole(struct run *run, struct lf_shard *shard, const char *path)
         run->report->redone++;
     }
     lf_tensors_finish(&tensors);
-    return whole;
+    return NG_OK;
 }
 
 // Files of shards that this one takes the place of: shorter ones, from a run that ended within it.
@@ -310,8 +351,10 @@ static ng_result do_shard(struct run *run, struct lf_shard *shard, bool *stopped
         ng_log_error("%s: the path is too long", run->p.directory);
         return NG_ERROR_IO;
     }
+    bool whole;
     run->report->shards++;
-    if (is_whole(run, shard, path))
+    NG_TRY(look_for(run, shard, path, &whole));
+    if (whole)
         *stopped = !report_progress(run, shard->samples);
     else
         NG_TRY(make_shard(run, shard, path, stopped));
@@ -327,8 +370,7 @@ static ng_result do_shards(struct run *run)
     uint64_t seed = run->p.seed, end = seed + run->p.count;
     bool stopped = false;
     while (seed < end && !stopped) {
-        uint64_t next = (seed / run->per_shard + 1) * run->per_shard;
-        struct lf_shard shard = {.first_seed = seed, .samples = (uint32_t)((next < end ? next : end) - seed)};
+        struct lf_shard shard = shard_at(run, seed);
         NG_TRY(do_shard(run, &shard, &stopped));
         seed += shard.samples;
     }

@@ -232,16 +232,20 @@ ng_result lf_manifest_write(const char *directory, const struct lf_manifest *m)
 
 // ---- shards ----------------------------------------------------------------------------------------------
 
-// Null, or what is wrong.
-static const char *mismatch(const struct lf_settings *settings, const struct lf_shard *shard,
-                            const struct lf_tensors *t)
+static bool has_settings(const struct lf_tensors *t, const struct lf_settings *settings)
 {
-    char number[32];
     for (int i = 0; i < LF_SETTING_COUNT; i++) {
         const char *noted = lf_tensors_noted(t, settings->items[i].key);
         if (!noted || strcmp(noted, settings->items[i].value) != 0)
-            return "was made with other settings";
+            return false;
     }
+    return true;
+}
+
+// Null, or what is wrong.
+static const char *mismatch(const struct lf_shard *shard, const struct lf_tensors *t)
+{
+    char number[32];
     const char *first = lf_tensors_noted(t, "first_seed"), *samples = lf_tensors_noted(t, "samples");
     snprintf(number, sizeof number, "%" PRIu64, shard->first_seed);
     if (!first || strcmp(first, number) != 0)
@@ -256,11 +260,12 @@ ng_result lf_shard_try(const char *path, const struct lf_settings *settings, con
                        struct lf_tensors *out, const char **wrong)
 {
     NG_TRY(lf_tensors_try(path, out, wrong));
-    *wrong = mismatch(settings, shard, out);
+    bool same = has_settings(out, settings);
+    *wrong = same ? mismatch(shard, out) : "was made with other settings";
     if (!*wrong)
         return NG_OK;
     lf_tensors_finish(out);
-    return NG_ERROR_FORMAT;
+    return same ? NG_ERROR_FORMAT : NG_ERROR_UNSUPPORTED;
 }
 
 ng_result lf_shard_read(const char *directory, const struct lf_settings *settings,

@@ -54,7 +54,8 @@ void lf_manifest_finish(struct lf_manifest *manifest);
 // Errors, logged, as lf_tensors_read; NG_ERROR_FORMAT.
 NG_NODISCARD ng_result lf_shard_read(const char *directory, const struct lf_settings *settings,
                                      const struct lf_shard *shard, struct lf_tensors *out);
-// The same for a file that may well be damaged, told as lf_tensors_try does. `path`: of the shard.
+// The same for a file that may well be damaged, told as lf_tensors_try does; NG_ERROR_UNSUPPORTED for a whole
+// one of other settings. `path`: of the shard.
 NG_NODISCARD ng_result lf_shard_try(const char *path, const struct lf_settings *settings,
                                     const struct lf_shard *shard, struct lf_tensors *out, const char **wrong);
 
