@@ -1,9 +1,12 @@
 """Inputs and data sets made of numbers, with a simple truth: shadows where something is nearer, indirect light in
 proportion to the bounce clue."""
 
+import io
 import json
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import torch
@@ -85,7 +88,15 @@ def truth(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {"target.unshadowed": unshadowed, "target.shadow": ratio, "target.indirect": indirect}
 
 
-def dataset(folder: Path, samples: int = 12, crops: int = 2, size: int = 24, lights: int = 2, spp: int = 8) -> Path:
+def dataset(
+    folder: Path,
+    samples: int = 12,
+    crops: int = 2,
+    size: int = 24,
+    lights: int = 2,
+    spp: int = 8,
+    scene: str = SETTINGS["scene"],
+) -> Path:
     """A data set as `lightformer dataset` lays it out."""
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(1)
@@ -103,8 +114,23 @@ def dataset(folder: Path, samples: int = 12, crops: int = 2, size: int = 24, lig
         for name in truth(whole[0]):
             tensors[f"{seed}/{name}"] = np.stack([truth(crop)[name] for crop in whole]).astype(np.float32)
     file = f"shard-{0:010d}-{samples - 1:010d}.safetensors"
-    weights.write(folder / file, tensors, {"format": "1"})
+    sizes = {"size": size, "crop": size, "crops": crops, "spp": spp}
+    settings = SETTINGS | {"scene": scene} | {name: str(value) for name, value in sizes.items()}
+    weights.write(folder / file, tensors, settings)
     shard = {"file": file, "first_seed": 0, "samples": samples}
-    settings = SETTINGS | {"size": str(size), "crop": str(size), "crops": str(crops), "spp": str(spp)}
     (folder / "manifest.json").write_text(json.dumps({"settings": settings, "shards": [shard]}))
     return folder
+
+
+def train(*arguments: object) -> tuple[int, str, str]:
+    """tools/train/train.py within this process, which has PyTorch already: exit code and what it says."""
+    import train as program
+
+    said, errors = io.StringIO(), io.StringIO()
+    with mock.patch.object(sys, "argv", ["train.py", *map(str, arguments)]):
+        with redirect_stdout(said), redirect_stderr(errors):
+            try:
+                status = program.main()
+            except SystemExit as end:
+                status = end.code
+    return status, said.getvalue(), errors.getvalue()

@@ -19,10 +19,11 @@ from lightformer_train.arguments import SEEDS, Parser, whole  # noqa: E402
 def main() -> int:
     """The command."""
     parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("preset", nargs="?", choices=families.PRESETS)
+    parser.add_argument("preset", nargs="?", choices=families.PRESETS, help="none: what there is")
     parser.add_argument("--without", nargs="+", default=[], metavar="PART", help="leave parts out")
     parser.add_argument("--json", action="store_true", help="print the program itself")
-    parser.add_argument("-o", "--output", type=Path, help="write the network with random weights")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the network with random weights")
+    parser.add_argument("--force", action="store_true", help="overwrite a file that is there")
     parser.add_argument("--seed", type=whole(0, SEEDS - 1), default=0, help="of the weights (default 0)")
     arguments = parser.parse_args()
     if arguments.preset is None:
@@ -41,6 +42,8 @@ def main() -> int:
         print(describe(arguments.preset, program.check(operations)))
     try:
         if arguments.output:
+            if arguments.output.is_file() and not arguments.force:
+                raise ValueError(f"{arguments.output}: is there already; --force overwrites it")
             write_random(arguments.preset, without, arguments.seed, arguments.output)
     except (ModuleNotFoundError, ValueError) as error:  # no PyTorch; a file that cannot be written
         print(f"program: {error}", file=sys.stderr)

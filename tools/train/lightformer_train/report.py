@@ -40,6 +40,12 @@ class History:
         for name, value in values.items():
             curves.setdefault(name, []).append((step, value))
 
+    @classmethod
+    def restored(cls, loss: dict, rse: dict) -> "History":
+        """Of what a file says. ValueError, TypeError or AttributeError if these are no curves."""
+        return cls(*({str(name): [(int(step), float(value)) for step, value in curve] for name, curve in of.items()}
+                     for of in (loss, rse)))
+
 
 def page(title: str, facts: dict[str, str], history: History, quality: Quality, pictures: list[Pictures]) -> str:
     """The whole file."""

@@ -5,25 +5,26 @@ rate of the first steps, which are timed to turn minutes into steps, does not de
 `--steps` with the recorded number repeats a run of `--minutes`, and a resumed run equals one that was not interrupted.
 """
 
-import io
+import json
 import math
 import shlex
 import signal
 import statistics
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NoReturn
-from zipfile import ZipFile
 
 import numpy as np
 import torch
 
-from . import data, losses, machine, network_file, program, quality, vgg, weights
+from . import data, files, losses, machine, network_file, program, quality, vgg, weights
 from .data import Batch, Crop, Dataset
 from .network import Network
+from .outputs import Outputs, Stopped, read_checkpoint, write_checkpoint
 from .report import History, page
 
 WARM_UP = 60  # steps over which the learning rate rises; those after TIMED_FROM are timed
@@ -42,6 +43,9 @@ PROGRESS_SECONDS = 10.0
 
 OUTPUT = "OUT.safetensors"  # of a recorded command
 
+# What a person or a system ends a training by; it is done with its step first, and leaves a checkpoint.
+INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
 # Settings that decide the result, beside preset, parts and steps.
 REPEATED = (
     "batch",
@@ -58,8 +62,8 @@ REPEATED = (
 )
 
 
-class Stopped(RuntimeError):
-    """A training that cannot begin or go on; the message says why."""
+class Interrupted(Stopped):
+    """By one of INTERRUPTS, with a checkpoint."""
 
 
 @dataclass(frozen=True)
@@ -109,23 +113,25 @@ class Every:
 
 
 class Trainer:
-    """One process of a training. Files are written beside `output`."""
+    """One process of a training, which writes the network `output` and what comes beside it."""
 
     def __init__(self, settings: Settings, dataset: Dataset, output: Path, root: Path) -> None:
         self.processes = machine.Processes()
         self.device = self.processes.device
         self.threads = machine.set_threads(settings.threads, self.processes)
         machine.keep_memory()
-        self.dataset, self.output = dataset, output
+        self.dataset, self.output, self.outputs = dataset, output, Outputs(output)
         self.settings = settings = replace(settings, held_out=self._held_out(settings.held_out))
         self.learn, self.test = dataset.split(settings.held_out)
         if not self.learn:
             raise Stopped(f"{dataset.folders[0]}: two samples with a light are needed, to learn from and to judge by")
+        self.precision = machine.precision(settings.precision, self.device)
+        self.precisions = [(0, machine.name_of(self.precision))]  # of products: from which step, which
         torch.manual_seed(settings.seed)
         self.network, self.mean = (self._create() for _ in range(2))
         self.mean.load_state_dict(self.network.state_dict())
         if self.processes.first:
-            self._check_targets()
+            self.outputs.check(WRITTEN * self.network.checked.parameters)  # now, not after hours
         self.optimizer = torch.optim.Adam(self.network.parameters(), lr=settings.rate)
         names = data.required_inputs(self.network.checked)
         self.options = data.Options(settings.vpls, settings.texels, radii=settings.radii, names=names)
@@ -134,6 +140,7 @@ class Trainer:
         self.step, self.total = 0, settings.steps
         self.seconds: list[float] = []  # of the steps of this run
         self.flops = 0.0  # of a step
+        self.saved: int | None = None  # the step of the checkpoint on the disk, if it is of this training
         self.interrupted = False
         self.terms: list[dict[str, float]] = []  # since the last point of the curves
         self.recent = deque(maxlen=100)  # losses and seconds of steps, for the line of progress
@@ -148,16 +155,7 @@ class Trainer:
         return count
 
     def _create(self) -> Network:
-        precision = machine.precision(self.settings.precision, self.device)
-        return network_file.create(self.settings.preset, self.settings.without, precision).to(self.device)
-
-    def _check_targets(self) -> None:
-        """Now, not after hours."""
-        weights.check_target(self.output, WRITTEN * self.network.checked.parameters)
-        for beside in (self._checkpoint, self._report):
-            if beside == self.output:
-                raise Stopped(f"{self.output}: is the name of a file beside the network; name that .safetensors")
-            weights.check_target(beside, 0)
+        return network_file.create(self.settings.preset, self.settings.without, self.precision).to(self.device)
 
     def _perceptual(self, root: Path) -> Callable[[torch.Tensor, torch.Tensor], torch.Tensor]:
         if self.settings.perceptual == "differences":
@@ -183,13 +181,15 @@ class Trainer:
     # ---- learning
 
     def run(self) -> None:
-        """All steps that are left; then the network, judged, and the report. Stopped, with a checkpoint, if SIGINT or
-        SIGTERM came or another process has ended."""
-        before = {number: signal.signal(number, self._interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
+        """All steps that are left; then the network, judged, and the report. Interrupted, with a checkpoint, by a
+        signal; Stopped, with one, if another process has ended."""
+        if self.processes.first:
+            self._begin()
+        before = self.handle(self._interrupt)
         try:
             self._run_steps()
         except machine.Lost as lost:  # before the step changed anything
-            self._stop("interrupted" if self.interrupted else str(lost))
+            self._stop(str(lost))
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
@@ -197,6 +197,20 @@ class Trainer:
             self._save_checkpoint()  # should judging or writing fail
             self._finish()
         self.processes.finish()
+
+    def _begin(self) -> None:
+        """What is left of others goes, what was chosen is said."""
+        self.outputs.remove_unfinished()
+        if self.saved is None:  # or --resume would find it, should this training be killed before its first
+            self.outputs.checkpoint.unlink(missing_ok=True)
+        print(machine.said(self.precision, self.device), flush=True)
+
+    @staticmethod
+    def handle(handler: Callable[..., None]) -> dict[signal.Signals, object]:
+        """Sets what interrupts do; what they did before. SIGHUP stays ignored where it is, as nohup has it."""
+        ignored = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+        numbers = [number for number in INTERRUPTS if number != signal.SIGHUP or not ignored]
+        return {number: signal.signal(number, handler) for number in numbers}
 
     def _interrupt(self, *_: object) -> None:
         """The step at work is finished first: a checkpoint lies between steps."""
@@ -215,16 +229,21 @@ class Trainer:
             if self.processes.first and speak():
                 print(self._progress(), flush=True)
             if self.interrupted:
-                self._stop("interrupted")
+                self._stop()
             if self.processes.first and save():
                 self._save_checkpoint()
             begun = time.monotonic()
 
-    def _stop(self, why: str) -> NoReturn:
+    def _stop(self, why: str = "interrupted") -> NoReturn:
         """Between steps."""
         if self.processes.first:
             self._save_checkpoint()
-        raise Stopped(f"{why} at step {self.step}; --resume goes on")
+        kind = Interrupted if self.interrupted else Stopped
+        why = "interrupted" if self.interrupted else why
+        if self.processes.first and self.saved != self.step:  # a full disk, which has been said
+            kept = "there is no checkpoint" if self.saved is None else f"--resume goes on at step {self.saved}"
+            raise kind(f"{why} at step {self.step}; {kept}")
+        raise kind(f"{why} at step {self.step}; --resume goes on")
 
     def _steps(self) -> Iterator[Batch]:
         def numbers() -> Iterator[int]:
@@ -324,7 +343,7 @@ class Trainer:
     def _finish(self) -> None:
         found, pictures = self._judge(self.test)
         print(f"step {self.step}: {found}", flush=True)
-        command = self.settings.command(self.dataset.folders, self.step)
+        command = self._command()
         description = network_file.Description(
             self.settings.preset,
             self.settings.without,
@@ -332,6 +351,7 @@ class Trainer:
             " && ".join(made.command() for made in self.dataset.manifests),
             self.dataset.hash,
             found.as_json(),
+            self._said_precisions(),
         )
         network_file.save(self.output, self.mean, description.notes())
         text = page(
@@ -341,8 +361,16 @@ class Trainer:
             found,
             pictures[:: max(1, len(pictures) // SHOWN_CROPS)],
         )
-        weights.write_atomically(self._report, text.encode())
-        self._checkpoint.unlink(missing_ok=True)
+        files.write_atomically(self.outputs.report, text.encode())
+        self.outputs.checkpoint.unlink(missing_ok=True)
+
+    def _command(self) -> str:
+        return self.settings.command(self.dataset.folders, self.total or self.step)
+
+    def _said_precisions(self) -> str:
+        """"bf16", or "bf16, fp32 from step 31"."""
+        (_, first), *later = self.precisions
+        return ", ".join([first, *(f"{name} from step {step}" for step, name in later)])
 
     def _facts(self, command: str) -> dict[str, str]:
         checked, cost = self.network.checked, program.cost(self.network.checked)
@@ -355,62 +383,81 @@ class Trainer:
             if self.seconds
             else "no step was left",
             "machine": f"{self.device}, {self.threads} threads, {self.processes.count} processes",
-            "products in": str(self.network.precision).removeprefix("torch."),
+            "products in": self._said_precisions(),
         }
-
-    @property
-    def _report(self) -> Path:
-        return self.output.with_suffix(".html")
 
     # ---- checkpoints
 
-    @property
-    def _checkpoint(self) -> Path:
-        return self.output.with_suffix(".checkpoint")
-
     def _identity(self) -> list:
-        return [self.settings.command(self.dataset.folders, 0), self.dataset.hash, self.processes.count]
+        """What a training is. Machines differ in the precision of products, and one may go on for another."""
+        settings = replace(self.settings, precision=Settings.precision)
+        return [settings.command(self.dataset.folders, 0), self.dataset.hash, self.processes.count]
 
     def _save_checkpoint(self) -> None:
+        """Where it cannot be written, the one before stays, which is said: what is trained on may yet be written."""
         self._check_numbers()
-        buffer = io.BytesIO()
         state = {
             "identity": self._identity(),
             "network": self.network.state_dict(),
             "mean": self.mean.state_dict(),
-            "optimizer": self.optimizer.state_dict(),
-            "history": [self.history.loss, self.history.rse],
+            "optimizer": self.optimizer.state_dict()["state"],
+            "history": json.dumps([self.history.loss, self.history.rse]),
+            "precisions": self.precisions,
             "step": self.step,
             "total": self.total,
         }
-        torch.save(state, buffer)
-        weights.write_atomically(self._checkpoint, buffer.getvalue())
-
-    def resume(self) -> None:
-        """Goes on where the checkpoint is, to the step where it was to end. Stopped if it is of another training, or
-        none."""
         try:
-            with ZipFile(self._checkpoint) as archive:  # as torch.save writes, and torch.load does not check
-                if archive.testzip():
-                    raise ValueError("its checksums do not fit")
-            state = torch.load(self._checkpoint, map_location=self.device)
-            if state["identity"] != self._identity():
-                raise Stopped(f"{self._checkpoint}: of other settings or data; start without --resume")
-            total, asked = state["total"], self.settings.steps
-            if total and asked not in (0, total):  # the rate's decay would bend, and no command repeat it
-                raise Stopped(f"{self._checkpoint}: of {total} steps, not {asked}; resume with --steps {total}")
-            self.network.load_state_dict(state["network"])
-            self.mean.load_state_dict(state["mean"])
-            self.optimizer.load_state_dict(state["optimizer"])
-            self.history = History(*state["history"])
-            self.step, self.total = state["step"], total or asked
+            write_checkpoint(self.outputs.checkpoint, state)
+            self.saved = self.step
+        except weights.FileError as error:
+            kept = "" if self.saved is None else f"; that of step {self.saved} stays"
+            print(f"train: {error}{kept}", file=sys.stderr, flush=True)
+
+    def resume(self, force: bool = False) -> None:
+        """Goes on where the checkpoint is, to the step where it was to end. Stopped if it is of another training, or
+        none; or if a network is there that this training did not write, unless it may be overwritten (`force`)."""
+        path = self.outputs.checkpoint
+        try:
+            self._restore(read_checkpoint(path, self.device))
         except Stopped:
             raise
         except OSError as error:
-            raise weights.unreadable(self._checkpoint, error) from None
+            raise weights.unreadable(path, error) from None
         except MemoryError:
             raise
         except Exception as error:  # damaged bytes make the unpickler, and what it calls, raise anything
             said = str(error).splitlines()
-            reason = said[0] if said else type(error).__name__
-            raise Stopped(f"{self._checkpoint}: not a checkpoint, or damaged ({reason})") from None
+            reason = said[0].rpartition("WeightsUnpickler error: ")[2] if said else type(error).__name__
+            raise Stopped(f"{path}: not a checkpoint, or damaged ({reason})") from None
+        if not force and not self.outputs.holds(self._command(), self.dataset.hash):
+            self.outputs.refuse_to_replace()
+        if self.processes.first:
+            print(f"goes on at step {self.step} of {self.total or '?'}", flush=True)
+        self._change_precision()
+
+    def _restore(self, state: dict) -> None:
+        path = self.outputs.checkpoint
+        if state["identity"] != self._identity():
+            raise Stopped(f"{path}: of other settings or data; --force begins anew and overwrites it")
+        total, asked = int(state["total"]), self.settings.steps
+        if not 0 <= int(state["step"]) <= (total or math.inf):
+            raise ValueError(f"step {state['step']} of {total}")
+        if total and asked not in (0, total):  # the rate's decay would bend, and no command repeat it
+            raise Stopped(f"{path}: of {total} steps, not {asked}; resume with --steps {total}")
+        self.network.load_state_dict(state["network"])
+        self.mean.load_state_dict(state["mean"])
+        groups = self.optimizer.state_dict()["param_groups"]
+        self.optimizer.load_state_dict({"state": state["optimizer"], "param_groups": groups})
+        self.history = History.restored(*json.loads(state["history"]))
+        self.precisions = [(int(step), str(name)) for step, name in state["precisions"]]
+        self.step, self.total = int(state["step"]), total or asked
+        self.saved = self.step
+
+    def _change_precision(self) -> None:
+        """To that of this run, which is said: the checkpoint may come from another machine."""
+        earlier, now = self.precisions[-1][1], machine.name_of(self.precision)
+        if earlier == now:
+            return
+        self.precisions.append((self.step, now))
+        if self.processes.first:
+            print(f"its steps so far were in {earlier}, those to come are in {now}", flush=True)

