@@ -116,6 +116,8 @@ def _train(settings: Settings, folders: list[Path], outputs: Outputs, resume: bo
         checked = program.check(families.build(settings.preset, settings.without))
         with _others(settings.processes):
             dataset = Dataset(folders, required_inputs(checked))
+            if first:
+                dataset.check_numbers()
             trainer = Trainer(settings, dataset, outputs.network, ROOT)
             if resume:
                 trainer.resume(force)

@@ -15,12 +15,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from . import manifest, weights
+from . import manifest, shard, weights
 from .manifest import Manifest
 from .network import Lights
 from .program import INPUTS, INPUTS_VERSION, PICTURES, ROWS, Checked
+from .shard import TARGETS
 
-TARGETS = ("target.unshadowed", "target.shadow", "target.indirect")
 # Inputs of three channels that turn with the world; the others of three channels are colours.
 VECTORS = {name for name in INPUTS if name.rpartition(".")[2] in ("position", "offset", "normal", "view", "direction")}
 NEITHER = {"light.kind"}
@@ -34,7 +34,9 @@ MIRROR = {name for name in INPUTS if "mirror" in name}
 
 def required_inputs(checked: Checked) -> frozenset[str]:
     """What a program reads, and what every training reads beside it."""
-    return frozenset(checked.inputs) | {"pixel.mask", "frame.radiance", "light.share", "vpl.normal", "texel.normal"}
+    found = frozenset(checked.inputs) | {"pixel.mask", "frame.radiance", "vpl.normal", "texel.normal"}
+    found |= {"light.share", "light.kind"}
+    return found | ({"pixel.mirror_missed"} if "pixel.mirror" in found else frozenset())
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,8 @@ class Dataset:
     folders: list[Path]
     names: frozenset[str] = frozenset(INPUTS)  # inputs that every sample must have
     manifests: list[Manifest] = field(default_factory=list)
-    shards: list[dict[str, np.ndarray]] = field(default_factory=list)
+    paths: list[Path] = field(default_factory=list)  # of shards
+    shards: list[shard.Arrays] = field(default_factory=list)
     scenes: list[str] = field(default_factory=list)  # name of each shard's
     crops: list[Crop] = field(default_factory=list)
     hash: str = ""
@@ -106,28 +109,31 @@ class Dataset:
                     "make it anew (lightformer dataset --targets keeps what was traced)"
                 )
             self.manifests.append(found)
-            for shard in found.shards:
-                self._add(folder / shard.file, found.settings["scene"])
+            first = self.manifests[0]
+            if found.crop != first.crop:
+                raise weights.FileError(
+                    f"{folder}: its crops have {found.crop} pixels a side, not {first.crop} as those of {first.folder}"
+                )
+            for listed in found.shards:
+                self._add(found, listed)
         if not self.crops:
             raise weights.FileError(f"{', '.join(map(str, self.folders))}: no sample with a light")
         texts = b"".join(found.text for found in self.manifests)
         self.hash = f"{weights.hash_bytes(texts):016x}"
 
-    def _add(self, path: Path, scene: str) -> None:
-        tensors, _ = weights.map_tensors(path)
-        for name, array in tensors.items():
-            seed, _, rest = name.partition("/")
-            if rest != TARGETS[0]:
-                continue
-            missing = [name for name in (*sorted(self.names), *TARGETS) if f"{seed}/{name}" not in tensors]
-            if missing:
-                raise weights.FileError(
-                    f"{path}: sample {seed} has no {missing[0]}; make the data set anew, or train without what reads it"
-                )
-            if tensors[f"{seed}/light.share"].shape[0] > 0:
-                self.crops += [Crop(len(self.shards), int(seed), index) for index in range(array.shape[0])]
+    def _add(self, found: Manifest, listed: manifest.Shard) -> None:
+        tensors = shard.load(found, listed, self.names)
+        for seed in range(listed.first, listed.end):
+            if len(tensors[f"{seed}/light.share"]) > 0:
+                self.crops += [Crop(len(self.shards), seed, index) for index in range(found.crops)]
+        self.paths.append(found.folder / listed.file)
         self.shards.append(tensors)
-        self.scenes.append(scene)
+        self.scenes.append(found.settings["scene"])
+
+    def check_numbers(self) -> None:
+        """FileError if a sample has others than finite ones. It reads everything: a second or two a gigabyte."""
+        for path, tensors in zip(self.paths, self.shards):
+            shard.check_numbers(path, tensors)
 
     def split(self, held_out: int) -> tuple[list[Crop], list[Crop]]:
         """Crops to learn from, and about so many of other samples, spread over all: of one sample at least. A sample
@@ -172,17 +178,17 @@ def _join(name: str, parts: list[Tensor]) -> Tensor:
 
 
 def _load(
-    shard: dict[str, np.ndarray], crop: Crop, options: Options, random: np.random.Generator
+    arrays: shard.Arrays, crop: Crop, options: Options, random: np.random.Generator
 ) -> dict[str, Tensor]:
     """One crop's arrays, fp32: [C] of the frame, [L, C] of lights, [L, C, P], [C, h, w], [L, C, h, w]."""
     without_mirror = random.random() < options.mirror_dropout
     axes, signs, channels, flip = _draw_symmetry(random) if options.augment else _IDENTITY
     wanted = {"vpl": options.vpls, "texel": options.texels}
-    chosen = {name: _choose_rows(shard, crop, name, count, random) for name, count in wanted.items()}
+    chosen = {name: _choose_rows(arrays, crop, name, count, random) for name, count in wanted.items()}
     part = {}
     others = {"light.share", "frame.radiance"} | ({"pixel.mirror_missed"} if "pixel.mirror" in options.names else set())
     for name in (*sorted(options.names | others), *TARGETS):
-        array = shard[f"{crop.seed}/{name}"]
+        array = arrays[f"{crop.seed}/{name}"]
         domain = INPUTS[name].domain if name in INPUTS else "pixel"
         if domain in PICTURES:
             array = array[crop.index, ..., ::flip]
@@ -201,7 +207,7 @@ def _load(
         part[name] = values
     part["unit"] = part["frame.radiance"].clone()
     # The power of a light at infinity follows from the radius, too, and so do the shares of all.
-    if options.radii > 1 and not shard[f"{crop.seed}/light.kind"][:, 2].any():
+    if options.radii > 1 and not arrays[f"{crop.seed}/light.kind"][:, 2].any():
         _divide_radius(part, options.radii ** random.uniform(-1, 1))
     return part
 
@@ -232,11 +238,11 @@ def _draw_symmetry(random: np.random.Generator) -> tuple[np.ndarray, Tensor, np.
 
 
 def _choose_rows(
-    shard: dict[str, np.ndarray], crop: Crop, domain: str, wanted: int, random: np.random.Generator
+    arrays: shard.Arrays, crop: Crop, domain: str, wanted: int, random: np.random.Generator
 ) -> list[np.ndarray]:
     """For each light, as many of its rows as are wanted, one of each stratum; all texels where it has fewer."""
     chosen = []
-    for normals in shard[f"{crop.seed}/{domain}.normal"]:
+    for normals in arrays[f"{crop.seed}/{domain}.normal"]:
         # A point's direct VPL has no normal and counts; a texel without is one that other lights have more.
         count = normals.shape[1] if domain == "vpl" else int((normals != 0).any(0).sum())
         rows = (np.arange(wanted) + random.random(wanted)) * (count / wanted)

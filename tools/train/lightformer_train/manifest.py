@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from . import weights
+from . import files
 
 REPEATED = ("size", "crop", "crops", "spp", "depth", "vpls", "time", "camera")  # settings that are options
 LARGEST_SHARD = 64  # samples: more than the fewest that explain the files
@@ -39,6 +39,16 @@ class Manifest:
     def samples_per_pixel(self) -> int:
         """Of its targets."""
         return int(self.settings["spp"])
+
+    @property
+    def crops(self) -> int:
+        """Of each sample."""
+        return int(self.settings["crops"])
+
+    @property
+    def crop(self) -> int:
+        """Pixels a side."""
+        return int(self.settings["crop"])
 
     def command(self) -> str:
         """What makes it anew, by names alone; several commands if its seeds have gaps."""
@@ -80,10 +90,12 @@ def read(folder: Path) -> Manifest:
         content = json.loads(text)
         settings = {name: str(content["settings"][name]) for name in ("format", "scene", *REPEATED)}
         shards = [Shard(int(s["first_seed"]), int(s["samples"]), str(s["file"])) for s in content["shards"]]
-        if int(settings["spp"]) < 1 or int(settings["crops"]) < 1 or any(s.first < 0 or s.samples < 1 for s in shards):
+        if any(int(settings[name]) < 1 for name in ("spp", "crops", "crop")):
             raise ValueError("a number is out of range")
+        if any(s.first < 0 or s.samples < 1 or Path(s.file).name != s.file for s in shards):
+            raise ValueError("a shard is none of this folder")
     except OSError as error:
-        raise weights.unreadable(path, error) from None
-    except (ValueError, OverflowError, KeyError, TypeError) as error:
-        raise weights.FileError(f"{path}: not the manifest of a data set ({error})") from None
+        raise files.unreadable(path, error) from None
+    except (ValueError, OverflowError, KeyError, TypeError, RecursionError) as error:
+        raise files.FileError(f"{path}: not the manifest of a data set ({error})") from None
     return Manifest(folder, text, settings, shards)
