@@ -43,6 +43,10 @@ class Ablations(unittest.TestCase):
         """What the judging would refuse is refused before anything is trained."""
         shutil.rmtree(OUT, ignore_errors=True)
         self.assertEqual(ablations(DATA, "--steps", "1", "--frames", "none", "--out", str(OUT)).returncode, 2)
+        for length in (("--minutes", "soon"), ("--steps", "0"), ("--minutes", "-1")):
+            done = ablations(DATA, *length, "--out", str(OUT))
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+        self.assertEqual(ablations("--out", str(OUT)).returncode, 2)
         self.assertFalse(OUT.exists())
 
     def test_no_data(self):
@@ -71,6 +75,7 @@ class Ablations(unittest.TestCase):
         command = (
             DATA,
             *"--steps 2 --jobs 2 --presets structured-small --only mirror --frames 1 --size 32 --spp 2".split(),
+            *"--precision fp32".split(),
             "--out",
             str(OUT),
         )
@@ -85,8 +90,18 @@ class Ablations(unittest.TestCase):
         self.assertEqual(result["training"]["jobs"], 2)
         self.assertEqual(set(result["training"]["steps"].values()), {2})
         self.assertIn("2 at a time", tables.text(tables.of_ablations(result)))
+        self.assertIn("products in fp32;", tables.text(tables.of_ablations(result)))
+        self.keeps_the_larger_study(command)
         self.refuses_a_mixture(command)
         self.goes_on_after_a_kill()
+
+    def keeps_the_larger_study(self, command):
+        """Its tables, when fewer networks are asked for."""
+        before = (OUT / "quality.json").read_bytes()
+        done = ablations(*command, "--only", "none")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+        self.assertIn("is of another study (other networks", done.stderr)
+        self.assertEqual((OUT / "quality.json").read_bytes(), before)
 
     def refuses_a_mixture(self, command):
         """Networks of other lengths of training are not compared."""

@@ -1,6 +1,7 @@
 """The page in a browser: the line between the pictures is moved, and pixels, values and exposure are read."""
 
 import os
+import shutil
 import subprocess
 import unittest
 from pathlib import Path
@@ -32,6 +33,7 @@ def shown(rgb, exposure):
 class Page(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
+        shutil.rmtree(scratch("page"), ignore_errors=True)  # of a run before
         a = write_exr("a.exr", beauty=np.tile(A, (HEIGHT, WIDTH, 1)))
         b = write_exr("b.exr", beauty=np.tile(B, (HEIGHT, WIDTH, 1)))
         done = subprocess.run([os.path.join(ROOT, "tools/eval/compare"), a, b, "--html", scratch("page")],

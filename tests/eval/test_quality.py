@@ -12,10 +12,13 @@ import numpy as np
 from files import ROOT, radiance, scratch, write_exr
 from processes import find_processes, wait_until
 
+from evaluation import BadInput
+from lightformer_train.files import locked
 from study import figures, methods, sequence, tables, timing
 from study.figures import Truth
 from study.methods import denoise, guides
-from study.renderer import Renderer, variation
+from study.quality import earlier_result, parse, settings_of
+from study.renderer import Renderer, digest, scene_digest, variation
 
 OUT = Path(scratch("out"))
 TINY = ("--frames", "2", "--size", "48", "--spp", "4", "--out", str(OUT))
@@ -98,10 +101,56 @@ class Command(unittest.TestCase):
         self.assertRegex(result["made"]["unseen"]["command"], "--parts unseen$")
         self.assertIn("Not all parts are of one program", done.stdout)
 
+    def test_another_study_stays(self):
+        """Tables of other sizes or seeds are not overwritten by the way, nor is what cannot be read."""
+        result = OUT / "quality.json"
+        before = result.read_bytes()
+        done = quality(*TINY, "--parts", "frames", "--spp", "2")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+        self.assertIn(f"{result}: is of another study (spp 4, not 2); choose another --out", done.stderr)
+        self.assertEqual(result.read_bytes(), before)
+        for expected, *more in (("frames 2, not 1", "--frames", "1"), ("seeds 900000, not 7", "--seeds", "7")):
+            options = parse([*TINY, *more])
+            with self.assertRaisesRegex(BadInput, f"is of another study .{expected}"):
+                earlier_result(options, settings_of(options, {}))
+        options = parse(["--out", scratch("damaged")])
+        options.out.mkdir(exist_ok=True)
+        for text in ("{", '{"settings": 3}', "[1]"):
+            (options.out / "quality.json").write_text(text)
+            with self.assertRaisesRegex(BadInput, "quality.json: "):
+                earlier_result(options, settings_of(options, {}))
+
+    def test_one_study_at_a_time(self):
+        with locked(OUT / "lock", "this test"):
+            done = quality(*TINY, "--force")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stderr, f"error: {OUT}: another study, or a training that it began, is at work there\n")
+
+    def test_what_may_be_overwritten(self):
+        """More networks and all that was judged, or by force."""
+        options = parse([*TINY, "--parts", "frames", "--out", scratch("more")])
+        options.out.mkdir(exist_ok=True)
+        one, two = (settings_of(options, networks) for networks in ({"a": "1"}, {"a": "1", "b": "2"}))
+        for earlier, now, parts, kept in (
+            (one, one, {"frames": 1}, True),
+            (one, two, {"frames": 1}, False),
+            (one, two, {"frames": 1, "time": 1}, None),
+            (two, one, {"frames": 1}, None),
+            (one, settings_of(options, {"a": "3", "b": "2"}), {"frames": 1}, None),
+        ):
+            (options.out / "quality.json").write_text(json.dumps({"settings": earlier} | parts))
+            options.force = False
+            if kept is None:
+                with self.assertRaisesRegex(BadInput, "another study .other networks"):
+                    earlier_result(options, now)
+                options.force = True
+            self.assertEqual(earlier_result(options, now), {"settings": earlier} | parts if kept else {})
+
     def test_refused(self):
+        licenses = ("--scene", "content/LICENSES.md")
         for expected, *arguments in (
             ("no/such.glb", "--scene", "no/such.glb"),
-            ("lightformer render content/LICENSES.md", "--scene", "content/LICENSES.md", "--parts", "frames"),
+            ("lightformer render content/LICENSES.md", *licenses, "--parts", "frames", "--out", scratch("licenses")),
             ("no such program", "--program", "/none"),
             ("/bin/true: bench --json", "--program", "/bin/true", "--parts", "time"),
             ("none.safetensors", "none.safetensors", "--parts", "frames"),
@@ -109,9 +158,12 @@ class Command(unittest.TestCase):
             done = quality(*TINY, *arguments)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
             self.assertIn(expected, done.stderr)
-        self.assertEqual(quality("a.safetensors", "b/a.safetensors").returncode, 2)
-        self.assertEqual(quality("--frames", "0").returncode, 2)
-        self.assertEqual(quality("--seeds", "-5").returncode, 2)
+        for arguments in (
+            ("a.safetensors", "b/a.safetensors"),
+            *(("--frames", "0"), ("--seeds", "-5"), ("--size", "many"), ("--parts", "all"), ("--no-such-option",)),
+        ):
+            done = quality(*arguments)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
 
 
 class Names(unittest.TestCase):
@@ -128,6 +180,18 @@ class Names(unittest.TestCase):
         truth = methods.references(at, 4)
         self.assertEqual([old.path(shot) for shot in truth], [new.path(shot) for shot in truth])
         self.assertEqual(len({old.path(shot) for shot in (*truth, *methods.references(at, 8))}), 4)
+
+    def test_a_scene_is_also_the_files_that_it_names(self):
+        """Or references of before would stand beside pictures of now."""
+        scene, beside = Path(scratch("named.gltf")), Path(scratch("my sky.hdr"))
+        found = set()
+        for uri, content in (("none.bin", ""), ("my%20sky.hdr", "one"), ("my%20sky.hdr", "two")):
+            scene.write_text(json.dumps({"images": [{"uri": uri}], "buffers": [{"uri": "data:,x"}]}))
+            beside.write_text(content)
+            for function in (digest, scene_digest):
+                function.cache_clear()
+            found.add(scene_digest(scene))
+        self.assertEqual(len(found), 3)
 
 
 class Figures(unittest.TestCase):

@@ -111,6 +111,27 @@ class Report(unittest.TestCase):
             self.assertIn(self.study["made"][part]["machine"]["cpu"], text)
         self.assertEqual(self.browser.run(TEXT, "title").split("  ")[0], "LightFormer: quality")
 
+    def test_what_it_overwrites(self):
+        """The report of the same study, not that of another, and no other file."""
+        before = self.page.read_bytes()
+        arguments = ("--show", "1", "--bench", str(OUT / "bench.json"))
+        self.assertEqual(run("report", str(OUT), *arguments).returncode, 0)
+        self.assertEqual(self.page.read_bytes(), before)
+        other = OUT / "other"
+        other.mkdir(exist_ok=True)
+        study = self.study | {"settings": self.study["settings"] | {"size": 33}}
+        (other / "quality.json").write_text(json.dumps(study))
+        for path in (self.page, OUT / "bench.json"):
+            kept = path.read_bytes()
+            done = run("report", str(other), "-o", str(path))
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+            self.assertIn(f"{path}: is there already, and no page about this; --force overwrites it", done.stderr)
+            self.assertEqual(path.read_bytes(), kept)
+        page = OUT / "forced.html"
+        page.write_text("mine")
+        self.assertEqual(run("report", str(OUT), "-o", str(page), "--force", *arguments).returncode, 0)
+        self.assertEqual(page.read_bytes(), before)
+
     def test_no_network(self):
         self.assertEqual(self.browser.run("return performance.getEntriesByType('resource').length"), 0)
 
@@ -119,7 +140,11 @@ class Refused(unittest.TestCase):
     def test_no_study(self):
         (OUT / "empty").mkdir(parents=True, exist_ok=True)
         (OUT / "empty" / "quality.json").write_text('{"settings": {}}')
-        for folder, expected in (("none", "none"), ("empty", "no pictures yet")):
+        for name, text in (("numbers", '{"settings": {}, "frames": 3}'), ("lists", '{"settings": {}, "unseen": [1]}')):
+            (OUT / name).mkdir(exist_ok=True)
+            (OUT / name / "quality.json").write_text(text)
+        wrong = "is no result of a study"
+        for folder, expected in (("none", "none"), ("empty", "no pictures yet"), ("numbers", wrong), ("lists", wrong)):
             done = run("report", str(OUT / folder))
             self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
             self.assertIn(expected, done.stderr)

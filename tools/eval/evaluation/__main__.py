@@ -6,6 +6,9 @@ import re
 import sys
 from pathlib import Path
 
+from lightformer_train.arguments import Parser
+from lightformer_train.files import FileError
+
 from . import BadInput, lpips, metrics, page, perceptual
 from .comparison import prepare
 from .pictures import load
@@ -27,8 +30,8 @@ FIGURES = (
 
 
 def parse_arguments(arguments):
-    parser = argparse.ArgumentParser(prog="tools/eval/compare", description="Measures how far a picture is from its "
-                                     "reference; tools/eval/README.md says what each figure means.")
+    parser = Parser(prog="tools/eval/compare", description="Measures how far a picture is from its "
+                    "reference; tools/eval/README.md says what each figure means.")
     parser.add_argument("a", metavar="A", help="the picture that is judged, OpenEXR or PNG")
     parser.add_argument("b", metavar="B", help="its reference")
     parser.add_argument("b2", metavar="B2", nargs="?",
@@ -39,6 +42,7 @@ def parse_arguments(arguments):
     parser.add_argument("--frames", metavar="FIRST..LAST", type=frame_range,
                         help="a numbered sequence: name.exr stands for name.0000.exr and so on; adds the temporal error")
     parser.add_argument("--html", metavar="DIR", help="write a page to look at, DIR/index.html")
+    parser.add_argument("--force", action="store_true", help="overwrite a file of that name that is no page of A and B")
     parser.add_argument("--json", action="store_true", help="print JSON")
     values = parser.parse_args(arguments)
     if values.html and values.frames:
@@ -95,7 +99,8 @@ def compare_pictures(options):
     if options.html:
         picture = page.Shown(options.a, c, FIGURES, figures, maps)
         page.write_page(Path(options.html) / "index.html", f"{options.a} against {options.b}",
-                        [page.frame(options.b, options.b, [picture])], options.layer, c.b.display)
+                        [page.frame(options.b, options.b, [picture])], options.layer, c.b.display,
+                        about=page.about(describe(options)), force=options.force)
     return describe(options) | figures | {"pixels": int(c.mask.sum())}
 
 
@@ -130,7 +135,7 @@ def main():
     options = parse_arguments(sys.argv[1:])
     try:
         result = compare_sequence(options) if options.frames else compare_pictures(options)
-    except BadInput as error:
+    except (BadInput, FileError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     if options.json:

@@ -1,6 +1,7 @@
 """The page that shows a comparison: page.html with its data inside, so that one file is all there is."""
 
 import base64
+import hashlib
 import html
 import json
 import os
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from lightformer_train import files
 
 from . import BadInput, metrics
 from .comparison import Comparison
@@ -54,19 +56,36 @@ def frame(name, reference, pictures, mantissa=10):
     }
 
 
-def write_page(path, title, frames, layer=None, display=False, sections=""):
-    """Writes the page with these frames. `sections`: HTML below them."""
+def about(what):
+    """The mark of a page about the same things, which it may replace."""
+    return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def refuse_to_overwrite(path, mark):
+    """BadInput if another file than a page with this mark is there."""
+    try:
+        with open(path, "rb") as file:
+            start = file.read(1024)
+    except OSError:
+        return
+    if mark.encode() not in start:
+        raise BadInput(f"{path}: is there already, and no page about this; --force overwrites it")
+
+
+def write_page(path, title, frames, layer=None, display=False, sections="", *, about, force=False):
+    """Writes the page with these frames. `sections`: HTML below them. `about`: its mark."""
+    if not force:
+        refuse_to_overwrite(path, about)
     template = (Path(__file__).parent / "page.html").read_text(encoding="utf-8")
     data = {"frames": frames, "layer": layer, "display": display}
     text = template.replace("{{title}}", html.escape(title)).replace("{{sections}}", sections)
+    text = text.replace("{{about}}", about)
     text = text.replace("{{data}}", json.dumps(data).replace("<", "\\u003c"))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_suffix(".tmp")
-        unfinished.write_text(text, encoding="utf-8")
-        os.replace(unfinished, path)
     except OSError as error:
         raise BadInput(f"{path}: {os.strerror(error.errno)}") from error
+    files.write_atomically(path, text.encode())
 
 
 def _figure(picture, key, name, digits):

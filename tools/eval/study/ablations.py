@@ -5,7 +5,6 @@ from their checkpoints. Where the study alone was killed, its trainings go on, a
 """
 
 import argparse
-import fcntl
 import json
 import os
 import shlex
@@ -16,12 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from evaluation import BadInput
+from lightformer_train import families, files, weights
+from lightformer_train.arguments import Parser, positive
 
 from . import quality, tables
 from .renderer import ROOT, digest
-
-sys.path.insert(0, str(ROOT / "tools/train"))
-from lightformer_train import families, weights  # noqa: E402  (they do without PyTorch)
 
 TRAIN = ROOT / "tools/train/train.py"
 TRAINING = "training.json"  # how the networks of a folder are trained
@@ -43,16 +41,17 @@ class Ablation:
 
 def parse(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
     """The command line: our options, and those of tools/eval/quality."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="tools/eval/ablations",
         description="Trains networks with one part left out each, and judges them. All other "
         "options are those of tools/eval/quality. Networks, logs and the result are written to --out.",
     )
     add = parser.add_argument
-    add("data", nargs="+", type=Path, metavar="DATA", help="folder of a data set; before all options")
+    add("data", nargs="*", type=Path, metavar="DATA", help="folder of a data set; before all options")
     length = parser.add_mutually_exclusive_group()
-    length.add_argument("--minutes", default="10", metavar="M", help="of each training (default 10)")
-    length.add_argument("--steps", metavar="N", help="instead of minutes")
+    length.add_argument("--minutes", type=positive, default=10, metavar="M", help="of each training (default 10)")
+    length.add_argument("--steps", type=quality.positive, metavar="N", help="instead of minutes")
+    add("--precision", choices=("auto", "fp32", "bf16"), default="auto", help="that of train.py (default auto)")
     add(
         "--jobs",
         type=quality.positive,
@@ -72,6 +71,8 @@ def parse(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
     add("--list", action="store_true", help="print the names of the networks and do nothing")
     add("--out", type=Path, default=ROOT / "out/ablations", metavar="DIR", help="default out/ablations")
     options, others = parser.parse_known_args(arguments)
+    if not options.data and not options.list:
+        parser.error("the following arguments are required: DATA")
     try:
         options.chosen = choose(options.presets, options.only)
     except ValueError as error:
@@ -101,7 +102,8 @@ def conditions(options: argparse.Namespace) -> dict:
     processors = len(os.sched_getaffinity(0))
     return {
         "data": [[folder.name, digest(folder / "manifest.json")] for folder in options.data],
-        "length": f"{options.steps} steps" if options.steps else f"{options.minutes} minutes",
+        "length": f"{options.steps} steps" if options.steps else f"{options.minutes:g} minutes",
+        "precision": options.precision,
         "jobs": options.jobs,
         "threads": max(1, processors // options.jobs),
     }
@@ -111,10 +113,8 @@ def agree(options: argparse.Namespace) -> dict:
     """Refuses to mix networks that were trained in different ways."""
     wanted, path = conditions(options), options.out / TRAINING
     if not path.exists():
-        unfinished = path.with_suffix(".tmp")
-        unfinished.write_text(json.dumps(wanted, indent=1), encoding="utf-8")
-        unfinished.replace(path)
-    earlier = quality.read_json(path)
+        files.write_atomically(path, json.dumps(wanted, indent=1).encode())
+    earlier = {"precision": "auto"} | quality.read_json(path)  # of a study that did not say
     differing = [key for key, value in wanted.items() if earlier.get(key) != value]
     if differing:
         found = ", ".join(f"{key} {earlier.get(key)}" for key in differing)
@@ -122,22 +122,13 @@ def agree(options: argparse.Namespace) -> dict:
     return wanted
 
 
-def lock(folder: Path) -> int:
-    """A descriptor that keeps other studies out of the folder while this process, or one that inherits it, lives."""
-    descriptor = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise BadInput(f"{folder}: another study, or a training that it began, is at work there") from None
-    return descriptor
-
-
 def start(ablation: Ablation, options: argparse.Namespace, threads: int, held: int) -> subprocess.Popen:
-    """Begins or goes on with a training, which says what it does in a log."""
+    """Begins or goes on with a training, which says what it does in a log. --force: its network is not there, but the
+    report of one that was removed may be."""
     output = file_of(ablation, options)
-    length = ["--steps", options.steps] if options.steps else ["--minutes", options.minutes]
+    length = ["--steps", str(options.steps)] if options.steps else ["--minutes", f"{options.minutes:g}"]
     arguments = [*map(str, options.data), "-o", str(output), "--preset", ablation.preset, *length]
-    arguments += ["--threads", str(threads)]
+    arguments += ["--threads", str(threads), "--precision", options.precision, "--force"]
     arguments += ["--without", ablation.without] if ablation.without else []
     arguments += ["--resume"] if output.with_suffix(".checkpoint").exists() else []
     print(f"training {ablation.name}: {log_of(ablation, options)}", file=sys.stderr, flush=True)
@@ -153,9 +144,8 @@ def log_of(ablation: Ablation, options: argparse.Namespace) -> Path:
     return options.out / f"{ablation.name}.log"
 
 
-def train(chosen: list[Ablation], options: argparse.Namespace, threads: int) -> None:
-    """All networks that are not there yet, several at a time."""
-    held = lock(options.out)
+def train(chosen: list[Ablation], options: argparse.Namespace, threads: int, held: int) -> None:
+    """All networks that are not there yet, several at a time; each inherits the descriptor `held`."""
     waiting = [ablation for ablation in chosen if not file_of(ablation, options).exists()]
     running: dict[subprocess.Popen, Ablation] = {}
     try:
@@ -171,7 +161,6 @@ def train(chosen: list[Ablation], options: argparse.Namespace, threads: int) -> 
             process.terminate()  # it leaves a checkpoint
         for process in running:
             process.wait()
-        os.close(held)
 
 
 def check(process: subprocess.Popen, ablation: Ablation, options: argparse.Namespace) -> None:
@@ -182,23 +171,26 @@ def check(process: subprocess.Popen, ablation: Ablation, options: argparse.Names
     raise BadInput(lines[-1] if lines else f"{TRAIN}: exit code {process.returncode}")
 
 
-def steps_of(path: Path) -> int | None:
+def steps_of(notes: dict[str, str]) -> int | None:
     """How many steps a network was trained for, by its own account."""
-    try:
-        words = shlex.split(weights.read_header(path)[1].get("training", ""))
-    except weights.FileError as error:
-        raise BadInput(str(error)) from None
+    words = shlex.split(notes.get("training", ""))
     return int(words[words.index("--steps") + 1]) if "--steps" in words[:-1] else None
 
 
-def study(options: argparse.Namespace, judging: argparse.Namespace, chosen: list[Ablation]) -> None:
-    """Trains, then judges."""
-    options.out.mkdir(parents=True, exist_ok=True)
+def study(options: argparse.Namespace, judging: argparse.Namespace, chosen: list[Ablation], held: int) -> None:
+    """Trains, then judges. What judging would refuse is refused before."""
     common = agree(options)
-    train(chosen, options, common["threads"])
-    steps = {ablation.name: steps_of(file_of(ablation, options)) for ablation in chosen}
+    paths = {ablation.name: file_of(ablation, options) for ablation in chosen}
+    known = {name: digest(path) if path.exists() else "" for name, path in paths.items()}
+    quality.earlier_result(judging, quality.settings_of(judging, known))
+    train(chosen, options, common["threads"], held)
+    notes = {name: weights.read_header(path)[1] for name, path in paths.items()}
+    told = {
+        "steps": {name: steps_of(found) for name, found in notes.items()},
+        "products": sorted({found["precision"] for found in notes.values() if "precision" in found}),
+    }
     command = "tools/eval/ablations " + shlex.join(sys.argv[1:])
-    judged = quality.Study(judging, command, {"training": common | {"steps": steps}})
+    judged = quality.Study(judging, command, {"training": common | told})
     judged.run()
     print(f"\n{tables.text(tables.of_ablations(judged.result))}")
 
@@ -212,7 +204,7 @@ def main() -> int:
         return 0
     networks = [f"{ablation.name}={file_of(ablation, options)}" for ablation in chosen]
     judging = quality.parse([*networks, *others, "--only-networks", "--parts", "frames", "--out", str(options.out)])
-    return quality.finish(lambda: study(options, judging, chosen))
+    return quality.finish(lambda: quality.alone(options.out, lambda held: study(options, judging, chosen, held)))
 
 
 if __name__ == "__main__":

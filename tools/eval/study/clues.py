@@ -13,14 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from evaluation import BadInput
+from lightformer_train import weights
+from lightformer_train.arguments import Parser
 
 from . import methods, tables
 from .figures import Truth
 from .quality import finish, positive, seed
 from .renderer import PROGRAM, ROOT, Renderer, variation
-
-sys.path.insert(0, str(ROOT / "tools/train"))
-from lightformer_train import weights  # noqa: E402  (it does without PyTorch)
 
 METAL, SMOOTH = 0.2, 0.5  # F0 above which, roughness below which (lightformer/encode)
 SIZE = 512  # pixels a side, as dataset makes whole pictures
@@ -81,10 +80,7 @@ def encode(renderer: Renderer, scene: Path, seed: int) -> Clues:
     shards = list(folder.glob("*.safetensors"))
     if not shards:
         raise BadInput(f"{folder}: no shard of a data set is there; is {renderer.program} lightformer?")
-    try:
-        tensors, _ = weights.map_tensors(shards[0])
-    except weights.FileError as error:
-        raise BadInput(str(error)) from None
+    tensors, _ = weights.map_tensors(shards[0])
     return Clues({name.partition("/")[2]: value for name, value in tensors.items()})
 
 
@@ -130,11 +126,11 @@ def judge(clues: Clues, truth: Truth, title: str) -> tables.Table:
 
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="tools/eval/clues", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     add = parser.add_argument
-    add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE")
+    add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE", help="default: Chess")
     add("--seeds", type=seed, nargs="+", default=[900000, 900001], metavar="SEED", help="variations (two by default)")
     add("--spp", type=positive, default=512, metavar="N", help="of each of the two references (default 512)")
     add("--program", type=Path, default=PROGRAM, metavar="FILE", help="lightformer")

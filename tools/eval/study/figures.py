@@ -12,6 +12,7 @@ from scipy import stats
 from evaluation import BadInput, lpips, metrics, perceptual
 from evaluation.comparison import Comparison, prepare
 from evaluation.pictures import load
+from lightformer_train import files
 
 CONFIDENCE = 0.95
 BEAUTY = "beauty"
@@ -55,9 +56,7 @@ def judge(picture: Path, truth: Truth, layers: tuple[str, ...]) -> dict:
     key = hashlib.sha256(f"{truth.first.name} {truth.second.name} {layers} {_version()}".encode()).hexdigest()[:12]
     kept = picture.with_name(f"{picture.stem}-figures-{key}.json")
     if not kept.exists():
-        unfinished = kept.with_suffix(".tmp")
-        unfinished.write_text(json.dumps(_judge(picture, truth, layers)), encoding="utf-8")
-        unfinished.replace(kept)
+        files.write_atomically(kept, json.dumps(_judge(picture, truth, layers)).encode())
     return json.loads(kept.read_text(encoding="utf-8"))
 
 

@@ -1,5 +1,7 @@
 """What makes pictures that are judged: networks, the rasterizer, the path tracer, and Open Image Denoise after it."""
 
+import os
+import threading
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -96,7 +98,7 @@ def denoise(noisy: np.ndarray, guide: dict[str, np.ndarray], quality: str) -> tu
 def write(path: Path, pixels: np.ndarray) -> None:
     """An OpenEXR file with R, G, B; whole or not there."""
     channels = {name: np.ascontiguousarray(pixels[..., i], np.float32) for i, name in enumerate("RGB")}
-    unfinished = path.with_suffix(".tmp")
+    unfinished = path.with_name(f"unfinished-{os.getpid()}-{threading.get_ident()}.tmp")
     OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, channels).write(
         str(unfinished)
     )

@@ -13,11 +13,13 @@ from itertools import repeat
 from pathlib import Path
 
 from evaluation import BadInput
+from lightformer_train import files
+from lightformer_train.arguments import SEEDS, Parser, whole
 
 from . import figures, methods, sequence, tables, timing
 from .figures import Truth
 from .methods import Method
-from .renderer import PROGRAM, ROOT, Renderer, Shot, digest, variation
+from .renderer import PROGRAM, ROOT, Renderer, Shot, digest, scene_digest, variation
 
 PARTS = {
     "time": "what a frame costs; the other parts need it for equal time",
@@ -27,22 +29,23 @@ PARTS = {
     "unseen": "networks on scenes with something that no training showed",
 }
 RESULT = "quality.json"
+positive, seed = whole(1), whole(0, SEEDS - 1)  # numbers on command lines
 AT_ONCE = 2  # methods being judged: figures of one are computed, by one thread, while another's picture is made
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="tools/eval/quality",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Judges networks, the rasterizer, path tracing and Open Image Denoise on test frames,\n"
         "each beside two independent path-traced references. Pictures are kept in DIR/pictures and made only once; a\n"
-        "study that was interrupted goes on. Writes DIR/quality.json and prints tables.",
+        "study that was interrupted goes on. Writes DIR/quality.json, which holds one study, and prints tables.",
         epilog="parts:\n" + "\n".join(f"  {name:10} {what}" for name, what in PARTS.items()),
     )
     add = parser.add_argument
     add("weights", nargs="*", type=_named, metavar="[NAME=]WEIGHTS", help="networks; the first is ours")
-    add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE")
+    add("--scene", type=Path, default=ROOT / "content/chess/chess.glb", metavar="FILE", help="default: Chess")
     add("--frames", type=positive, default=20, metavar="N", help="test frames (default 20)")
     add("--seeds", type=seed, default=900000, metavar="FIRST", help="of their variations (default 900000)")
     add("--size", type=positive, default=512, metavar="N", help="pixels a side (default 512)")
@@ -67,6 +70,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     add("--parts", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help="not all parts; those done stay")
     add("--program", type=Path, default=PROGRAM, metavar="FILE", help="lightformer")
     add("--out", type=Path, default=ROOT / "out/quality", metavar="DIR", help="default out/quality")
+    add("--force", action="store_true", help="overwrite the tables of another study in --out; its pictures stay")
     add("--pictures", type=Path, metavar="DIR", help="where pictures are kept (default: pictures in --out)")
     values = parser.parse_args(arguments)
     names = [name for name, _ in values.weights]
@@ -80,33 +84,76 @@ def _named(text: str) -> tuple[str, Path]:
     return (name if given else Path(path).name.partition(".")[0]), Path(path)
 
 
-def positive(text: str) -> int:
-    """For command lines."""
-    value = int(text)
-    if value < 1:
-        raise ValueError
-    return value
-
-
-def seed(text: str) -> int:
-    """For command lines: what `lightformer dataset --seed` takes."""
-    value = int(text)
-    if not 0 <= value < 1 << 32:
-        raise ValueError
-    return value
-
-
 def read_json(path: Path) -> dict:
     """Of a study."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise BadInput(f"{path}: {os.strerror(error.errno)}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BadInput(f"{path}: {error}") from error
     if not isinstance(found, dict):
         raise BadInput(f"{path}: not the result of a study")
     return found
+
+
+def settings_of(options: argparse.Namespace, networks: dict[str, str]) -> dict:
+    """What all parts of a study have in common. `networks`: the hash of each."""
+    return {
+        "scene": options.scene.stem,
+        "scene_hash": scene_digest(options.scene),
+        "frames": options.frames,
+        "seeds": options.seeds,
+        "size": options.size,
+        "spp": options.spp,
+        "networks": networks,
+    }
+
+
+def earlier_result(options: argparse.Namespace, settings: dict) -> dict:
+    """What an earlier run with these settings found; nothing, if there was none or it may be overwritten. BadInput if
+    that would be a loss."""
+    path = options.out / RESULT
+    if not path.exists():
+        return {}
+    try:
+        earlier = _read_result(path)
+    except BadInput:
+        if options.force:
+            return {}
+        raise
+    found = earlier["settings"]
+    if found == settings:
+        return earlier
+    if options.force or (_are_more(found, settings) and PARTS.keys() & earlier.keys() <= set(options.parts)):
+        return {}
+    raise BadInput(
+        f"{path}: is of another study ({_difference(found, settings)}); choose another --out, or overwrite it (--force)"
+    )
+
+
+def _read_result(path: Path) -> dict:
+    earlier = read_json(path)
+    if not isinstance(earlier.get("settings"), dict) or not isinstance(earlier.get("made", {}), dict):
+        raise BadInput(f"{path}: not the result of a study; --force overwrites it")
+    return earlier
+
+
+def _are_more(earlier: dict, settings: dict) -> bool:
+    """Whether these differ in networks alone, the earlier ones being among them."""
+    networks = earlier.get("networks")
+    same = {key: value for key, value in settings.items() if key != "networks"}
+    return (
+        isinstance(networks, dict)
+        and {key: value for key, value in earlier.items() if key != "networks"} == same
+        and networks.items() <= settings["networks"].items()
+    )
+
+
+def _difference(earlier: dict, settings: dict) -> str:
+    """Of the first setting that differs."""
+    key = next((key for key in settings if key != "networks" and earlier.get(key) != settings[key]), None)
+    return f"{key} {earlier.get(key)}, not {settings[key]}" if key else "other networks, or more parts than are asked for"
 
 
 class Study:
@@ -115,31 +162,16 @@ class Study:
     def __init__(self, options: argparse.Namespace, command: str, notes: dict | None = None) -> None:
         self.options, self.command, self.notes = options, command, notes or {}
         self.renderer = Renderer(options.pictures or options.out / "pictures", options.program)
-        options.out.mkdir(parents=True, exist_ok=True)
         self.networks = [methods.network(name, path) for name, path in options.weights]
         self.result = self._begin()
 
     def _begin(self) -> dict:
         """What an earlier run with these settings found, or nothing yet."""
-        o = self.options
-        settings = {
-            "scene": o.scene.stem,
-            "scene_hash": digest(o.scene),
-            "frames": o.frames,
-            "seeds": o.seeds,
-            "size": o.size,
-            "spp": o.spp,
-            "networks": {method.name: digest(method.weights) for method in self.networks},
-        }
-        fresh = {"settings": settings, "made": {}} | self.notes
-        try:
-            earlier = read_json(o.out / RESULT)
-        except BadInput:
-            return fresh
-        if earlier.get("settings") != settings or not isinstance(earlier.get("made", {}), dict):
-            return fresh
+        settings = settings_of(self.options, {method.name: digest(method.weights) for method in self.networks})
+        earlier = earlier_result(self.options, settings)
         parts = {name: earlier[name] for name in PARTS if name in earlier}
-        return fresh | {"made": {name: tables.made(earlier, name) for name in parts}} | parts
+        made = {name: tables.made(earlier, name) for name in parts}
+        return {"settings": settings, "made": made} | self.notes | parts
 
     def run(self) -> None:
         """Every part that was asked for; the result is written after each."""
@@ -168,10 +200,7 @@ class Study:
             print(f"\n{tables.text(tables.of_making(self.result))}", flush=True)
 
     def _write(self) -> None:
-        path = self.options.out / RESULT
-        unfinished = path.with_suffix(".tmp")
-        unfinished.write_text(json.dumps(self.result, indent=1), encoding="utf-8")
-        os.replace(unfinished, path)
+        files.write_atomically(self.options.out / RESULT, json.dumps(self.result, indent=1).encode())
 
     # ---- parts
 
@@ -293,12 +322,21 @@ def machine() -> dict[str, object]:
     }
 
 
+def alone(folder: Path, work: Callable[[int], None]) -> None:
+    """Does the work of a study with the lock of its folder, whose descriptor processes that outlive it may inherit."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with files.locked(folder / "lock", f"{folder}: another study, or a training that it began,") as held:
+        work(held)
+
+
 def finish(work: Callable[[], None]) -> int:
-    """Does the work of a command that may be interrupted; its exit code. SIGTERM is an interrupt, too."""
+    """Does the work of a command that may be interrupted; its exit code. SIGTERM and SIGHUP are interrupts, too."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as of nohup
+        signal.signal(signal.SIGHUP, signal.default_int_handler)
     try:
         work()
-    except BadInput as error:
+    except (BadInput, files.FileError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except OSError as error:
@@ -314,7 +352,8 @@ def main() -> int:
     """The command."""
     arguments = sys.argv[1:]
     options = parse(arguments)
-    return finish(lambda: Study(options, "tools/eval/quality " + shlex.join(arguments)).run())
+    command = "tools/eval/quality " + shlex.join(arguments)
+    return finish(lambda: alone(options.out, lambda _: Study(options, command).run()))
 
 
 if __name__ == "__main__":

@@ -13,9 +13,11 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from urllib.parse import unquote
 
 from evaluation import BadInput
 
@@ -58,6 +60,38 @@ def digest(path: Path) -> str:
         raise BadInput(f"{path}: {os.strerror(error.errno)}") from error
 
 
+@cache
+def scene_digest(path: Path) -> str:
+    """The same of a scene and of the files that it names."""
+    named = [path.parent / unquote(uri) for uri in _uris(_content(path))]
+    hashes = [digest(path), *(digest(file) for file in named if file.is_file())]
+    return hashlib.sha256(" ".join(hashes).encode()).hexdigest()[:16] if len(hashes) > 1 else hashes[0]
+
+
+def _content(path: Path) -> object:
+    """The JSON of a glTF file; None if it is not one, which lightformer will say."""
+    data = path.read_bytes() if path.is_file() else b""
+    if data[:4] == b"glTF":
+        data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
+    try:
+        return json.loads(data)
+    except (ValueError, RecursionError):
+        return None
+
+
+def _uris(content: object) -> Iterator[str]:
+    """Of files, wherever they stand."""
+    if isinstance(content, list):
+        for part in content:
+            yield from _uris(part)
+    elif isinstance(content, dict):
+        for key, part in content.items():
+            if key == "uri" and isinstance(part, str) and not part.startswith("data:"):
+                yield part
+            else:
+                yield from _uris(part)
+
+
 class Renderer:
     """Makes pictures in a folder."""
 
@@ -80,7 +114,7 @@ class Renderer:
 
     def path(self, shot: Shot, suffix: str = "") -> Path:
         """Where a picture is, or will be. `suffix`: of what is made from it."""
-        made_by = [digest(shot.scene), shot.size, shot.options, shot.layers]
+        made_by = [scene_digest(shot.scene), shot.size, shot.options, shot.layers]
         if not shot.traced:
             made_by += [self.version, shot.weights and digest(shot.weights)]
         key = hashlib.sha256(json.dumps(made_by).encode()).hexdigest()[:12]

@@ -8,6 +8,8 @@ from pathlib import Path
 from evaluation import BadInput, page, perceptual
 from evaluation.comparison import Comparison, prepare
 from evaluation.pictures import load
+from lightformer_train.arguments import Parser, whole
+from lightformer_train.files import FileError
 
 from . import tables
 from .figures import WHOLE, Truth
@@ -21,9 +23,9 @@ TITLE = "LightFormer: quality"
 
 def parse() -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="tools/eval/report",
-        description="Makes one HTML file of what tools/eval/quality " "found, with its pictures inside.",
+        description="Makes one HTML file of what tools/eval/quality found, with its pictures inside.",
     )
     add = parser.add_argument
     add(
@@ -43,12 +45,13 @@ def parse() -> argparse.Namespace:
     add("--bench", type=Path, nargs="*", default=[], metavar="FILE", help="what `lightformer bench --json` printed")
     add(
         "--show",
-        type=int,
+        type=whole(1),
         default=2,
         metavar="N",
         help="test frames with pictures (default 2); one of each other scene",
     )
     add("-o", "--output", type=Path, metavar="FILE", help="default DIR/report.html")
+    add("--force", action="store_true", help="overwrite a file of that name that is no report of this study")
     return parser.parse_args()
 
 
@@ -136,17 +139,23 @@ def main() -> int:
         chosen = options.ablations or (beside if (beside / RESULT).exists() else None)
         ablations = read_json(chosen / RESULT) if chosen else None
         benches = [(path.stem, read_json(path)) for path in options.bench]
+        output, about = options.output or options.study / "report.html", page.about(study["settings"])
+        if not options.force:
+            page.refuse_to_overwrite(output, about)  # before pictures are read
         shown = frames(study, options.show)
         if not shown:
             raise BadInput(f"{options.study}: no pictures yet: run tools/eval/quality with the part frames")
-        output = options.output or options.study / "report.html"
-        page.write_page(output, TITLE, shown, sections=sections(study, ablations, benches))
+        text = sections(study, ablations, benches)
+        page.write_page(output, TITLE, shown, sections=text, about=about, force=options.force)
         print(output)
-    except BadInput as error:
+    except (BadInput, FileError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except KeyError as error:
         print(f"error: {options.study}: its result lacks {error}; run tools/eval/quality again", file=sys.stderr)
+        return 1
+    except (AttributeError, IndexError, TypeError, ValueError):
+        print(f"error: {options.study}: it, or what else is to be shown, is no result of a study", file=sys.stderr)
         return 1
     return 0
 

@@ -362,7 +362,8 @@ def of_ablations(result: dict) -> list[Table]:
         Table(
             "Ablations",
             f"Each trained for {training['length']}, {training['jobs']} at a time, "
-            f"{training['threads']} thread{'s' if training['threads'] > 1 else ''} each; "
+            f"{training['threads']} thread{'s' if training['threads'] > 1 else ''} each, products in "
+            f"{' or '.join(training.get('products', [])) or 'a precision that is not told'}; "
             f"{settings['frames']} test frames of {settings['size']} x {settings['size']}. Times: RSE over that of the "
             "whole network.",
             ["network", "steps", "RSE", "times", "HDR-FLIP", "mean ratio"],
