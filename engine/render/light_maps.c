@@ -26,11 +26,15 @@
 
 const struct ng_item_type ng_light_maps_item = {"light maps", sizeof(struct ng_light_maps)};
 
-// What is remembered of a light from frame to frame.
+struct map_name {
+    char text[NG_TEXT_SIZE + 16];
+};
+
+// What the persistent maps of a name show. They belong to the name, not to the light: of lights that share
+// one, the second becomes the first when that one goes.
 struct memory {
-    ng_entity entity;
-    const struct ng_light_type *type;  // an entity may have lights of several types
-    uint64_t depth_seen, surface_seen; // hashes of what the maps show
+    struct map_name name;
+    uint64_t depth_seen, surface_seen; // hashes
     uint64_t last_frame;
 };
 
@@ -38,7 +42,7 @@ struct memory {
 struct observed {
     struct ng_light_gpu gpu;
     struct ng_light_maps maps;
-    char name[NG_TEXT_SIZE + 16];
+    struct map_name name;
 };
 
 struct ng_light_maps_provider {
@@ -211,7 +215,7 @@ uint32_t ng_light_maps_face_size(uint64_t budget, uint32_t faces)
 static bool name_is_taken(const struct ng_light_maps_provider *self, size_t count, const char *name)
 {
     for (size_t i = 0; i < count; i++)
-        if (strcmp(self->lights.items[i].name, name) == 0)
+        if (strcmp(self->lights.items[i].name.text, name) == 0)
             return true;
     return false;
 }
@@ -219,7 +223,7 @@ static bool name_is_taken(const struct ng_light_maps_provider *self, size_t coun
 // Names of lights are people's; passes and images need unique ones.
 static void name_light(struct ng_light_maps_provider *self, size_t index, const char *wanted)
 {
-    char *name = self->lights.items[index].name;
+    char *name = self->lights.items[index].name.text;
     size_t room = sizeof self->lights.items[index].name;
     if (!wanted[0])
         wanted = "light";
@@ -228,19 +232,17 @@ static void name_light(struct ng_light_maps_provider *self, size_t index, const 
         snprintf(name, room, "%s#%zu", wanted, n);
 }
 
-static struct memory *remember(struct ng_light_maps_provider *self, const struct ng_snapshot_light *light)
+static struct memory *remember(struct ng_light_maps_provider *self, const struct map_name *name)
 {
-    for (size_t i = 0; i < self->memory.count; i++) {
-        struct memory *m = &self->memory.items[i];
-        if (ng_entity_same(m->entity, light->entity) && m->type == light->source.type)
-            return m;
-    }
-    if (!ng_array_push(&self->memory, (struct memory){.entity = light->entity, .type = light->source.type}))
+    for (size_t i = 0; i < self->memory.count; i++)
+        if (strcmp(self->memory.items[i].name.text, name->text) == 0)
+            return &self->memory.items[i];
+    if (!ng_array_push(&self->memory, (struct memory){.name = *name}))
         return NULL;
     return &self->memory.items[self->memory.count - 1];
 }
 
-static void forget_gone_lights(struct ng_light_maps_provider *self)
+static void forget_unused_names(struct ng_light_maps_provider *self)
 {
     for (size_t i = self->memory.count; i-- > 0;)
         if (self->memory.items[i].last_frame != self->frame)
@@ -273,7 +275,7 @@ static struct ng_pass *add_pass(struct ng_graph *g, const struct pass_data *data
                                 const char *what, ng_pass_fn run, uint32_t flags)
 {
     char name[160];
-    snprintf(name, sizeof name, "%s:%s/%s", group, data->light->name, what);
+    snprintf(name, sizeof name, "%s:%s/%s", group, data->light->name.text, what);
     return ng_graph_add_pass(g, &(struct ng_pass_params){.name = name,
                                                          .kind = NG_PASS_RASTER,
                                                          .run = run,
@@ -290,7 +292,7 @@ static uint32_t map_flags(const struct pass_data *data)
 static void declare_bare_depth(struct ng_graph *g, const struct pass_data *data)
 {
     char name[160];
-    snprintf(name, sizeof name, "bare:%s/map", data->light->name);
+    snprintf(name, sizeof name, "bare:%s/map", data->light->name.text);
     struct ng_graph_ref map =
         ng_graph_add_image(g, name,
                            &(struct ng_graph_image_params){.format = VK_FORMAT_D32_SFLOAT,
@@ -389,7 +391,7 @@ static ng_result observe_lights(struct ng_light_maps_provider *self, const struc
         struct observed *o = &self->lights.items[i];
         ng_light_gpu_set_face_size(&o->gpu, face_size);
         o->maps = (struct ng_light_maps){.light = o->gpu.data.index,
-                                         .name = o->name,
+                                         .name = o->name.text,
                                          .depth_views = o->gpu.depth_view_count,
                                          .rsm_views = o->gpu.rsm_view_count,
                                          .face_size = face_size,
@@ -407,14 +409,14 @@ static ng_result produce(struct ng_composer *composer, void *user)
     NG_TRY(observe_lights(self, data.frame));
     for (size_t i = 0; i < self->lights.count; i++) {
         data.light = &self->lights.items[i];
-        struct memory *memory = remember(self, &data.frame->snapshot->lights[data.light->maps.light]);
+        struct memory *memory = remember(self, &data.light->name);
         if (!memory)
             return ng_out_of_memory("the lights of a frame");
         NG_TRY(ng_light_gpu_record(self->params.gpu, &data.light->gpu));
         declare_light(g, &data, memory);
         NG_TRY(ng_composer_publish(composer, &ng_light_maps_item, &data.light->maps));
     }
-    forget_gone_lights(self);
+    forget_unused_names(self);
     return NG_OK;
 }
 
