@@ -47,7 +47,7 @@ struct group_entry {
 };
 
 struct draw_key {
-    uint64_t sort;     // pipeline, facing and mesh
+    uint64_t sort;     // textured or not, facing and mesh
     uint64_t group;    // textures
     uint32_t kind;     // enum kind
     uint32_t instance; // of the snapshot
@@ -419,14 +419,15 @@ static struct draw_key draw_key(const struct ng_scene_gpu *s, uint32_t index)
     const struct ng_snapshot_instance *instance = &s->snapshot->instances[index];
     const struct ng_snapshot_material *m = &s->snapshot->materials[instance->material];
     enum kind kind = kind_of(s, instance);
-    uint64_t masked = m->alpha_mask;
+    uint64_t textured = kind == KIND_TEXTURED, masked = m->alpha_mask;
     uint64_t facing = instance->flags & (NG_INSTANCE_DOUBLE_SIDED | NG_INSTANCE_MIRRORED);
-    return (struct draw_key){.sort = (uint64_t)kind << 62 | masked << 61 | facing << 32 | instance->mesh,
+    return (struct draw_key){.sort = textured << 62 | masked << 61 | facing << 32 | instance->mesh,
                              .group = kind == KIND_TEXTURED ? group_key(s, m) : 0,
                              .kind = kind,
                              .instance = index};
 }
 
+// Motion has no part in it: of surfaces in one place the first is seen, whether it has just come or not.
 static bool draws_before(const struct draw_key *a, const struct draw_key *b)
 {
     if (a->sort != b->sort)
@@ -614,7 +615,7 @@ struct run {
 
 static bool joins(const struct draw_key *a, const struct draw_key *b)
 {
-    return a->sort == b->sort && a->group == b->group;
+    return a->sort == b->sort && a->group == b->group && a->kind == b->kind;
 }
 
 struct draw_state {
