@@ -30,6 +30,7 @@ struct ng_assets {
     NG_ARRAY(struct record *) records; // by slot of the pool; null: free
     NG_ARRAY(uint32_t) order;          // ids
     size_t memory;
+    uint64_t revision;
 };
 
 static void skeleton_finish(struct ng_skeleton *s)
@@ -162,6 +163,7 @@ static ng_result take(struct ng_assets *a, enum ng_asset_kind kind, const char *
         *r = (struct record){.kind = kind, .name = copy, .content = *content};
         if (insert(a, r, out)) {
             a->memory += content_size(kind, content);
+            a->revision++;
             return NG_OK;
         }
     }
@@ -211,6 +213,7 @@ bool ng_assets_remove(struct ng_assets *a, ng_asset id)
         a->records.items[ng_pool_slot(a->order.items[i])]->place = i - 1;
     }
     a->order.count--;
+    a->revision++;
     a->memory -= content_size(r->kind, &r->content);
     a->records.items[ng_pool_slot(id.id)] = NULL;
     record_destroy(r);
@@ -271,4 +274,9 @@ ng_asset ng_assets_next(const struct ng_assets *a, enum ng_asset_kind kind, ng_a
 size_t ng_assets_memory(const struct ng_assets *a)
 {
     return a->memory;
+}
+
+uint64_t ng_assets_revision(const struct ng_assets *a)
+{
+    return a->revision;
 }

@@ -83,5 +83,7 @@ bool ng_assets_remove(struct ng_assets *a, ng_asset id);
 // All assets of a kind, in the order of adding: start with {0}; returns {0} at the end.
 ng_asset ng_assets_next(const struct ng_assets *a, enum ng_asset_kind kind, ng_asset previous);
 size_t ng_assets_memory(const struct ng_assets *a); // bytes held
+// Another number whenever an asset was added or removed.
+uint64_t ng_assets_revision(const struct ng_assets *a);
 
 #endif

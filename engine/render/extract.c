@@ -267,11 +267,13 @@ static void publish(struct ng_extractor *x, double time)
 static ng_result update(struct ng_extractor *x)
 {
     struct ng_extract_counts counts = count_all(x);
-    bool lights_listed, materials_listed;
+    uint64_t revision = ng_assets_revision(x->assets);
+    bool assets_changed = revision != x->assets_revision, lights_listed, materials_listed;
     read_scale(x);
     NG_TRY(ng_extract_list_lights(x, counts.lights != x->counts.lights, &lights_listed));
-    NG_TRY(ng_extract_read_materials(x, counts.materials != x->counts.materials, &materials_listed));
-    if (lights_listed || materials_listed || parts_changed(x, &counts) || ng_extract_shapes_stale(x))
+    NG_TRY(ng_extract_read_materials(x, counts.materials != x->counts.materials, assets_changed,
+                                     &materials_listed));
+    if (lights_listed || materials_listed || assets_changed || parts_changed(x, &counts))
         NG_TRY(ng_extract_list_pieces(x));
     else
         NG_TRY(ng_extract_follow_pieces(x));
@@ -280,6 +282,7 @@ static ng_result update(struct ng_extractor *x)
     NG_TRY(ng_extract_update_lights(x, lights_listed));
     NG_TRY(ng_extract_write_materials(x));
     x->counts = counts;
+    x->assets_revision = revision;
     return NG_OK;
 }
 

@@ -51,7 +51,9 @@ struct ng_skinned {
 struct ng_piece {
     ng_entity entity, material;
     struct ng_shape *shape;
-    uint64_t shape_key;      // its mesh's key, which outlives it
+    uint64_t shape_key;  // its mesh's key, which outlives it
+    uint64_t reflection; // revisions of the material that it shows; of emission 0 where a light tells it
+    uint64_t emission;
     struct ng_skinned *skin; // null: rigid
 };
 
@@ -61,9 +63,10 @@ enum { NG_SHAPE_BUILTIN = NG_LIGHT_SHAPE_MESH }; // how many shapes of emitters 
 struct ng_light_slot {
     ng_entity entity;
     struct ng_light_source source;
-    ng_asset image;         // texture or map that the source was prepared with
-    const void *texels;     // its pixels
-    uint64_t version;       // of the light; 0: not prepared yet
+    ng_asset image;     // texture or map that the source was prepared with
+    const void *texels; // its pixels
+    uint64_t version;   // of the light; 0: not prepared yet
+    uint64_t unit_version;
     uint64_t piece_version; // mesh lights: of the instance that the triangles are of
     NG_ARRAY(float) triangles;
     NG_ARRAY(float) uvs;
@@ -78,9 +81,9 @@ struct ng_light_slot {
 };
 
 struct ng_material_record {
-    ng_entity entity; // null: the default material
-    struct ng_material value;
-    bool changed;
+    ng_entity entity;              // null: the default material
+    struct ng_material value;      // textures that are missing are null
+    uint64_t reflection, emission; // revisions: equal ones, of any records, mean that it looks the same
 };
 
 // Numbers that move when entities come and go, or change what they have.
@@ -92,8 +95,9 @@ struct ng_extractor {
     struct ng_world *world;
     const struct ng_assets *assets;
     struct ng_jobs *jobs;
-    uint32_t since;  // tick of the previous extraction
-    uint64_t clock;  // source of keys, revisions and versions
+    uint32_t since; // tick of the previous extraction
+    uint64_t clock; // source of keys, revisions and versions
+    uint64_t assets_revision;
     uint64_t frames; // extractions so far
     struct ng_extract_counts counts;
 
@@ -144,19 +148,21 @@ NG_NODISCARD ng_result ng_extract_shape(struct ng_extractor *x, ng_entity e, str
 // Drops shapes that no piece used since the mark, numbers the others.
 void ng_extract_mark_shapes(struct ng_extractor *x);
 void ng_extract_sweep_shapes(struct ng_extractor *x);
-// Whether a geometry that a shape was made from is gone.
-bool ng_extract_shapes_stale(const struct ng_extractor *x);
 void ng_extract_finish_shapes(struct ng_extractor *x);
 
 // ---- extract_materials.c ---------------------------------------------------------------------------------
-// Reads material components that changed. `*listed` is set where the list of materials is another.
-NG_NODISCARD ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool *listed);
+// Reads material components that changed. `missing`: textures may have come or gone. `*listed` is set where
+// the list of materials is another.
+NG_NODISCARD ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool missing,
+                                                 bool *listed);
 // Index of an entity's material: 0, the default, where it has none.
 uint32_t ng_extract_material_index(const struct ng_extractor *x, ng_entity material);
 // Writes the snapshot's materials (the scene's, then the emitters') and images.
 NG_NODISCARD ng_result ng_extract_write_materials(struct ng_extractor *x);
 // True where the difference can be seen in how a surface reflects: everything but its emission.
 bool ng_extract_reflects_differently(const struct ng_material *a, const struct ng_material *b);
+// Radiance before the texture.
+void ng_extract_emission(const struct ng_material *m, float out[3]);
 
 // ---- extract_pieces.c ------------------------------------------------------------------------------------
 // Clears the marks of motion that the previous extraction set.

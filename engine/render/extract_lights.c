@@ -181,8 +181,7 @@ static ng_result read_emitter(struct ng_extractor *x, struct ng_light_slot *slot
     const struct ng_piece *piece = &x->pieces.items[index];
     const struct ng_snapshot_instance *instance = &x->instances.items[index];
     const struct ng_material *m = &x->records.items[ng_extract_material_index(x, piece->material)].value;
-    for (int i = 0; i < 3; i++)
-        s->emission[i] = m->emissive[i] * m->emissive_strength;
+    ng_extract_emission(m, s->emission);
     *prepare |= s->double_sided != m->double_sided;
     s->double_sided = m->double_sided;
     *image = m->emissive_texture;
@@ -262,8 +261,27 @@ static ng_result update_surface(struct ng_extractor *x, struct ng_light_slot *sl
                : NG_OK;
 }
 
-// Brings a light's source up to date; `*changed` is set where anything about the light is different.
-static ng_result update_source(struct ng_extractor *x, struct ng_light_slot *slot, bool *changed)
+// But for what a preparation follows from.
+static bool same_numbers(const struct ng_light_source *a, const struct ng_light_source *b)
+{
+    return ng_extract_same(a->params, b->params, sizeof a->params) &&
+           ng_extract_same(a->matrix, b->matrix, sizeof a->matrix) &&
+           ng_extract_same(a->emission, b->emission, sizeof a->emission) &&
+           ng_extract_same(a->scene_center, b->scene_center, sizeof a->scene_center) &&
+           ng_extract_same(&a->scene_radius, &b->scene_radius, sizeof a->scene_radius);
+}
+
+static bool same_unit(const struct ng_light_source *a, const struct ng_light_source *b)
+{
+    struct ng_light_source unit_a, unit_b;
+    ng_light_unit(a, &unit_a);
+    ng_light_unit(b, &unit_b);
+    return same_numbers(&unit_a, &unit_b);
+}
+
+// Brings a light's source up to date. `*changed` is set where anything about the light is different, `*unit`
+// where that is more than its brightness.
+static ng_result update_source(struct ng_extractor *x, struct ng_light_slot *slot, bool *changed, bool *unit)
 {
     struct ng_light_source *s = &slot->source, before = *s;
     ng_component component = s->type->component;
@@ -282,13 +300,10 @@ static ng_result update_source(struct ng_extractor *x, struct ng_light_slot *slo
         slot->image = image;
         slot->texels = texels ? texels->pixels : NULL;
         s->image = light_image(texels);
-        prepare = true;
+        prepare = x->image_list_dirty = true;
     }
-    *changed = prepare || !ng_extract_same(s->params, before.params, sizeof s->params) ||
-               !ng_extract_same(s->matrix, before.matrix, sizeof s->matrix) ||
-               !ng_extract_same(s->emission, before.emission, sizeof s->emission) ||
-               !ng_extract_same(s->scene_center, before.scene_center, sizeof s->scene_center) ||
-               !ng_extract_same(&s->scene_radius, &before.scene_radius, sizeof s->scene_radius);
+    *changed = prepare || !same_numbers(&before, s);
+    *unit = prepare || (*changed && !same_unit(&before, s));
     return prepare ? ng_light_prepare(s) : NG_OK;
 }
 
@@ -297,12 +312,14 @@ static ng_result update_slot(struct ng_extractor *x, uint32_t index, bool *any_c
     struct ng_light_slot *slot = &x->slots.items[index];
     struct ng_snapshot_light *out = &x->light_array.items[index];
     char name[NG_TEXT_SIZE];
-    bool changed;
-    NG_TRY(update_source(x, slot, &changed));
+    bool changed, unit;
+    NG_TRY(update_source(x, slot, &changed, &unit));
     if (changed) {
         slot->power = ng_light_power(&slot->source);
         NG_TRY(update_surface(x, slot));
         slot->version = ++x->clock;
+        if (unit)
+            slot->unit_version = x->clock;
         warn_scale(x, slot);
         *any_changed = true;
     }
@@ -312,7 +329,8 @@ static ng_result update_slot(struct ng_extractor *x, uint32_t index, bool *any_c
                                       .image = image,
                                       .place = slot->place,
                                       .power = slot->power,
-                                      .version = slot->version};
+                                      .version = slot->version,
+                                      .unit_version = slot->unit_version};
     snprintf(out->name, sizeof out->name, "%s", ng_extract_name(x, slot->entity, name));
     return NG_OK;
 }

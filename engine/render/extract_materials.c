@@ -29,7 +29,8 @@ static ng_result collect_records(struct ng_extractor *x)
     ng_query_each (it, x->materials) {
         const struct ng_material *values = it.columns[0];
         for (uint32_t i = 0; i < it.count; i++)
-            if (!ng_array_push(&x->records, (struct ng_material_record){it.entities[i], values[i], false})) {
+            if (!ng_array_push(&x->records,
+                               (struct ng_material_record){.entity = it.entities[i], .value = values[i]})) {
                 ng_query_stop(&it);
                 return ng_out_of_memory("the frame's scene");
             }
@@ -38,16 +39,60 @@ static ng_result collect_records(struct ng_extractor *x)
     return NG_OK;
 }
 
+// Field by field, since padding has no value; by bits, since a NaN that stays is no difference.
+#define DIFFERS(field) (!ng_extract_same(&a->field, &b->field, sizeof a->field))
+
+bool ng_extract_reflects_differently(const struct ng_material *a, const struct ng_material *b)
+{
+    return DIFFERS(base_color) || DIFFERS(metallic) || DIFFERS(roughness) || DIFFERS(normal_scale) ||
+           DIFFERS(alpha) || DIFFERS(alpha_cutoff) || DIFFERS(alpha_mask) || DIFFERS(double_sided) ||
+           DIFFERS(base_color_texture) || DIFFERS(metallic_roughness_texture) || DIFFERS(normal_texture);
+}
+
+void ng_extract_emission(const struct ng_material *m, float out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = m->emissive[i] * m->emissive_strength;
+}
+
+static bool emits_differently(const struct ng_material *a, const struct ng_material *b)
+{
+    float of_a[3], of_b[3];
+    ng_extract_emission(a, of_a);
+    ng_extract_emission(b, of_b);
+    return !ng_extract_same(of_a, of_b, sizeof of_a) || DIFFERS(emissive_texture);
+}
+#undef DIFFERS
+
+// What a record is from now on; its revisions move on where that looks different.
+static void take_value(struct ng_extractor *x, struct ng_material_record *record, struct ng_material value)
+{
+    ng_asset *textures[] = {&value.base_color_texture, &value.metallic_roughness_texture,
+                            &value.normal_texture, &value.emissive_texture};
+    for (size_t i = 0; i < NG_COUNT(textures); i++)
+        if (!ng_assets_image(x->assets, *textures[i]))
+            *textures[i] = (ng_asset){0};
+    bool reflects = !record->reflection || ng_extract_reflects_differently(&record->value, &value);
+    bool emits = !record->emission || emits_differently(&record->value, &value);
+    if (reflects)
+        record->reflection = ++x->clock;
+    if (emits)
+        record->emission = ++x->clock;
+    x->materials_changed |= reflects || emits;
+    record->value = value;
+}
+
 static ng_result list_records(struct ng_extractor *x)
 {
     NG_SWAP(x->records, x->old_records);
     NG_TRY(collect_records(x));
-    // What is new is no change of something old; pieces compare the entities of their materials.
-    for (size_t i = 1; i < x->records.count; i++) {
+    for (size_t i = 0; i < x->records.count; i++) {
         struct ng_material_record *now = &x->records.items[i];
-        uint32_t at = ng_index_map_get(&x->material_of, now->entity.id);
-        const struct ng_material_record *old = at < x->old_records.count ? &x->old_records.items[at] : NULL;
-        now->changed = old && (old->changed || ng_extract_reflects_differently(&old->value, &now->value));
+        uint32_t at = i ? ng_index_map_get(&x->material_of, now->entity.id) : 0;
+        struct ng_material value = now->value;
+        if (at < x->old_records.count)
+            *now = x->old_records.items[at];
+        take_value(x, now, value);
     }
     ng_index_map_clear(&x->material_of);
     for (size_t i = 1; i < x->records.count; i++)
@@ -64,32 +109,22 @@ static bool reread_records(struct ng_extractor *x)
         const struct ng_material *value = ng_world_get(x->world, record->entity, NG_MATERIAL);
         if (!value)
             return false;
-        record->changed |= ng_extract_reflects_differently(&record->value, value);
-        x->materials_changed |= record->changed;
-        record->value = *value;
+        take_value(x, record, *value);
     }
     return true;
 }
 
-static void clear_changes(struct ng_extractor *x)
+ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool missing, bool *listed)
 {
-    for (size_t i = 0; x->materials_changed && i < x->records.count; i++)
-        x->records.items[i].changed = false;
-    x->materials_changed = false;
-}
-
-ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool *listed)
-{
-    *listed = false;
-    clear_changes(x);
+    *listed = x->materials_changed = false;
     if (!count_changed && x->records.count) {
-        if (ng_world_component_changed_at(x->world, NG_MATERIAL) <= x->since)
+        if (!missing && ng_world_component_changed_at(x->world, NG_MATERIAL) <= x->since)
             return NG_OK;
         x->image_list_dirty = true;
         if (reread_records(x))
             return NG_OK;
     }
-    *listed = x->image_list_dirty = x->materials_changed = true;
+    *listed = x->image_list_dirty = true;
     return list_records(x);
 }
 
@@ -97,16 +132,6 @@ uint32_t ng_extract_material_index(const struct ng_extractor *x, ng_entity mater
 {
     uint32_t index = ng_entity_is_null(material) ? 0 : ng_index_map_get(&x->material_of, material.id);
     return index == UINT32_MAX ? 0 : index;
-}
-
-bool ng_extract_reflects_differently(const struct ng_material *a, const struct ng_material *b)
-{
-    // Field by field, since padding has no value; by bits, since a NaN that stays is no difference.
-#define DIFFERS(field) (!ng_extract_same(&a->field, &b->field, sizeof a->field))
-    return DIFFERS(base_color) || DIFFERS(metallic) || DIFFERS(roughness) || DIFFERS(normal_scale) ||
-           DIFFERS(alpha) || DIFFERS(alpha_cutoff) || DIFFERS(alpha_mask) || DIFFERS(double_sided) ||
-           DIFFERS(base_color_texture) || DIFFERS(metallic_roughness_texture) || DIFFERS(normal_texture);
-#undef DIFFERS
 }
 
 // ---- the snapshot's arrays -------------------------------------------------------------------------------
@@ -137,10 +162,8 @@ static ng_result write_material(struct ng_extractor *x, ng_entity e, const struc
         .double_sided = m->double_sided,
         .alpha_mask = m->alpha_mask,
     };
-    for (int i = 0; i < 3; i++) {
-        out.base_color[i] = m->base_color[i];
-        out.emission[i] = m->emissive[i] * m->emissive_strength;
-    }
+    memcpy(out.base_color, m->base_color, sizeof out.base_color);
+    ng_extract_emission(m, out.emission);
     NG_TRY(image_index(x, m->base_color_texture, &out.base_color_image));
     NG_TRY(image_index(x, m->metallic_roughness_texture, &out.metallic_roughness_image));
     NG_TRY(image_index(x, m->normal_texture, &out.normal_image));
@@ -148,17 +171,9 @@ static ng_result write_material(struct ng_extractor *x, ng_entity e, const struc
     return ng_array_push(&x->material_array, out) ? NG_OK : ng_out_of_memory("the frame's scene");
 }
 
-static bool images_stale(const struct ng_extractor *x)
-{
-    for (size_t i = 0; i < x->images.count; i++)
-        if (ng_assets_image(x->assets, x->image_ids.items[i]) != x->images.items[i].image)
-            return true;
-    return false;
-}
-
 ng_result ng_extract_write_materials(struct ng_extractor *x)
 {
-    if (!x->image_list_dirty && !images_stale(x))
+    if (!x->image_list_dirty)
         return NG_OK;
     x->image_list_dirty = false;
     x->images.count = x->image_ids.count = x->material_array.count = 0;

@@ -356,6 +356,24 @@ static void warn_emission(struct ng_extractor *x, const struct ng_piece *piece, 
             ng_extract_name(x, piece->entity, name));
 }
 
+// Takes on what the piece's material looks like now; true if it reflects differently.
+static bool show_material(struct ng_extractor *x, uint32_t index)
+{
+    struct ng_piece *piece = &x->pieces.items[index];
+    struct ng_snapshot_instance *instance = &x->instances.items[index];
+    const struct ng_material_record *record =
+        &x->records.items[ng_extract_material_index(x, piece->material)];
+    uint64_t emission = instance->light == NG_NONE ? record->emission : 0;
+    bool reflects = piece->reflection != record->reflection;
+    if (piece->emission != emission)
+        x->snapshot.emission_version = ++x->clock;
+    piece->reflection = record->reflection;
+    piece->emission = emission;
+    set_flag(instance, NG_INSTANCE_DOUBLE_SIDED, record->value.double_sided);
+    set_flag(instance, NG_INSTANCE_MASKED, record->value.alpha_mask);
+    return reflects;
+}
+
 // Fills the instance of a listed piece and marks it where it is not what it was. `old` and `was` are null for
 // a new one.
 static ng_result list_piece(struct ng_extractor *x, uint32_t index, struct ng_piece *old,
@@ -367,15 +385,16 @@ static ng_result list_piece(struct ng_extractor *x, uint32_t index, struct ng_pi
     NG_TRY(skin_piece(x, piece, old));
     bool same_skin = had_skin ? !old->skin : !piece->skin;
 
-    uint32_t record = ng_extract_material_index(x, piece->material);
-    const struct ng_material *m = &x->records.items[record].value;
     *instance = was ? *was : (struct ng_snapshot_instance){.entity = piece->entity};
     set_flag(instance, NG_INSTANCE_MOVED, false);
-    set_flag(instance, NG_INSTANCE_DOUBLE_SIDED, m->double_sided);
-    set_flag(instance, NG_INSTANCE_MASKED, m->alpha_mask);
     instance->material = shown_material(x, piece, &instance->light);
     if (instance->light == NG_NONE)
-        warn_emission(x, piece, m);
+        warn_emission(x, piece, &x->records.items[instance->material].value);
+    if (old) {
+        piece->reflection = old->reflection;
+        piece->emission = old->emission;
+    }
+    bool same_material = !show_material(x, index);
 
     if (piece->skin)
         ng_extract_rows(identity, instance->matrix);
@@ -384,8 +403,7 @@ static ng_result list_piece(struct ng_extractor *x, uint32_t index, struct ng_pi
     ng_extract_bounds(instance, ng_extract_piece_mesh(piece));
     if (!was || !same_skin)
         memcpy(instance->previous_matrix, instance->matrix, sizeof instance->matrix);
-    bool same = was && same_skin && old->shape_key == piece->shape_key &&
-                ng_entity_same(old->material, piece->material) && !x->records.items[record].changed;
+    bool same = was && same_skin && same_material && old->shape_key == piece->shape_key;
     return same ? NG_OK : ng_extract_touch(x, index);
 }
 
@@ -487,17 +505,9 @@ ng_result ng_extract_list_pieces(struct ng_extractor *x)
 // ---- following -------------------------------------------------------------------------------------------
 static ng_result follow_materials(struct ng_extractor *x)
 {
-    for (uint32_t i = 0; i < x->pieces.count; i++) {
-        const struct ng_piece *piece = &x->pieces.items[i];
-        const struct ng_material_record *record =
-            &x->records.items[ng_extract_material_index(x, piece->material)];
-        if (!record->changed)
-            continue;
-        struct ng_snapshot_instance *instance = &x->instances.items[i];
-        set_flag(instance, NG_INSTANCE_DOUBLE_SIDED, record->value.double_sided);
-        set_flag(instance, NG_INSTANCE_MASKED, record->value.alpha_mask);
-        NG_TRY(ng_extract_touch(x, i));
-    }
+    for (uint32_t i = 0; i < x->pieces.count; i++)
+        if (show_material(x, i))
+            NG_TRY(ng_extract_touch(x, i));
     return NG_OK;
 }
 

@@ -162,9 +162,10 @@ ng_result ng_extract_place_lights(struct ng_extractor *x)
         for (uint32_t k = slot->place; k != NG_NONE; k = x->slots.items[k].next_in_place)
             company = ng_hash_combine(company, x->slots.items[k].entity.id);
         if (company != slot->company) // others are in its way now, or no longer
-            slot->version = ++x->clock;
+            slot->version = slot->unit_version = ++x->clock;
         slot->company = company;
         x->light_array.items[i].version = slot->version;
+        x->light_array.items[i].unit_version = slot->unit_version;
         x->light_array.items[i].place = slot->place;
         if (slot->place != i)
             x->snapshot.place_size = SAME_PLACE;

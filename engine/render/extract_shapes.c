@@ -322,14 +322,6 @@ void ng_extract_sweep_shapes(struct ng_extractor *x)
     x->shapes.count = kept;
 }
 
-bool ng_extract_shapes_stale(const struct ng_extractor *x)
-{
-    for (size_t i = 0; i < x->shapes.count; i++)
-        if (ng_assets_geometry(x->assets, x->shapes.items[i]->geometry) != x->shapes.items[i]->source)
-            return true;
-    return false;
-}
-
 void ng_extract_finish_shapes(struct ng_extractor *x)
 {
     for (size_t i = 0; i < x->shapes.count; i++)

@@ -80,7 +80,8 @@ struct ng_snapshot_light {
     uint32_t
         place;   // index of the first light whose surface coincides with this one's: its own, if it is alone
     float power; // Phi of conventions, W
-    uint64_t version; // of the source: the same version means the same light
+    uint64_t version;      // of the source: the same version means the same light
+    uint64_t unit_version; // the same, of ng_light_unit: whatever its brightness
 };
 
 struct ng_snapshot {
@@ -97,6 +98,7 @@ struct ng_snapshot {
     float place_size;          // how far surfaces of lights in one place are apart, metres; 0: none share one
     uint32_t environment;      // index of the light that is visible behind everything, or NG_NONE
     uint64_t geometry_version; // changes when any instance's version does, or one appears or vanishes
+    uint64_t emission_version; // changes when an instance that is no light emits in another way
 };
 
 #endif

@@ -17,52 +17,20 @@ static uint64_t nonzero(uint64_t hash)
     return hash ? hash : 1;
 }
 
-// Emission other than that of lights, which only mirror rays meet: versions of instances leave it out.
-static uint64_t hash_emission(const struct ng_snapshot *s)
-{
-    uint64_t hash = 0;
-    for (uint32_t i = 0; i < s->instance_count; i++) {
-        const struct ng_snapshot_material *m = &s->materials[s->instances[i].material];
-        if (s->instances[i].light != NG_NONE)
-            continue;
-        hash = ng_hash_bytes(hash, m->emission, sizeof m->emission);
-        hash = ng_hash_combine(hash, m->emissive_image);
-    }
-    return hash;
-}
-
 uint64_t lf_encoder_screen_key(const struct lf_encoder *self, const struct ng_frame_info *frame)
 {
     const struct ng_snapshot *s = frame->snapshot;
     const float numbers[] = {s->camera.fov_y,       s->camera.near_plane,  s->scene_radius,
                              s->scene_center[0],    s->scene_center[1],    s->scene_center[2],
-                             s->camera.position[0], s->camera.position[1], s->camera.position[2]};
-    uint64_t hash = ng_hash_combine(s->geometry_version, (uint64_t)frame->width << 32 | frame->height);
+                             s->camera.position[0], s->camera.position[1], s->camera.position[2],
+                             s->place_size};
+    const uint64_t words[] = {s->geometry_version, frame->width, frame->height};
+    uint64_t hash = ng_hash_bytes(0, words, sizeof words);
     hash = ng_hash_bytes(hash, numbers, sizeof numbers);
     hash = ng_hash_bytes(hash, s->camera.view, sizeof s->camera.view);
     if (reads(self, LF_INPUT_PIXEL_MIRROR_EMISSION))
-        hash = ng_hash_combine(hash, hash_emission(s));
+        hash = ng_hash_combine(hash, s->emission_version);
     return nonzero(hash);
-}
-
-static uint64_t hash_source(const struct ng_light_source *unit)
-{
-    const uint64_t words[] = {unit->type->component,
-                              unit->image.width,
-                              unit->image.height,
-                              unit->image.format,
-                              unit->image.repeat_u,
-                              unit->image.repeat_v,
-                              (uintptr_t)unit->image.pixels,
-                              unit->triangle_count,
-                              unit->mirrored,
-                              unit->double_sided};
-    uint64_t hash = ng_hash_bytes(0, words, sizeof words);
-    hash = ng_hash_bytes(hash, unit->params, sizeof unit->params);
-    hash = ng_hash_bytes(hash, unit->matrix, sizeof unit->matrix);
-    hash = ng_hash_bytes(hash, unit->scene_center, sizeof unit->scene_center);
-    hash = ng_hash_bytes(hash, &unit->scene_radius, sizeof unit->scene_radius);
-    return ng_hash_bytes(hash, unit->emission, sizeof unit->emission);
 }
 
 uint64_t lf_encoder_rsm_key(const struct ng_frame_info *frame, uint32_t light)
@@ -76,10 +44,7 @@ uint64_t lf_encoder_rsm_key(const struct ng_frame_info *frame, uint32_t light)
     struct ng_light_gpu views;
     ng_light_gpu_observe(&alone, 0, 1, INFINITY, &views);
 
-    uint64_t hash = hash_source(&unit.source);
-    for (uint32_t i = 0; i < s->instance_count; i++)
-        if (s->instances[i].light == light)
-            hash = ng_hash_combine(hash, s->instances[i].version);
+    uint64_t hash = ng_hash_bytes(unit.unit_version, &s->place_size, sizeof s->place_size);
     for (uint32_t v = 0; v < views.rsm_view_count; v++)
         hash =
             ng_hash_combine(hash, ng_scene_gpu_seen(frame->scene, views.rsm_views[v].view_projection, light));

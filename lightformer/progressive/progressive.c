@@ -91,23 +91,18 @@ struct lf_progressive_stats lf_progressive_stats_of(const struct lf_progressive 
 
 // ---- What the picture is of ------------------------------------------------------------------------------
 
-// All that radiance follows from. Instances' versions leave emission out (render/snapshot.h).
+// All that radiance follows from.
 static uint64_t hash_of(const struct ng_frame_info *frame)
 {
     const struct ng_snapshot *s = frame->snapshot;
-    const uint64_t words[] = {frame->width, frame->height, s->geometry_version, s->environment,
-                              s->light_count};
+    const uint64_t words[] = {frame->width,        frame->height,  s->geometry_version,
+                              s->emission_version, s->environment, s->light_count};
     const float lens[] = {s->camera.fov_y, s->camera.near_plane, s->scene_radius};
     uint64_t hash = ng_hash_bytes(0, words, sizeof words);
     hash = ng_hash_bytes(hash, lens, sizeof lens);
     hash = ng_hash_bytes(hash, s->camera.view, sizeof s->camera.view);
     for (uint32_t i = 0; i < s->light_count; i++)
         hash = ng_hash_combine(hash, s->lights[i].version);
-    for (uint32_t i = 0; i < s->material_count; i++) {
-        const struct ng_snapshot_material *m = &s->materials[i];
-        hash = ng_hash_bytes(hash, m->emission, sizeof m->emission);
-        hash = ng_hash_combine(hash, m->emissive_image);
-    }
     return hash ? hash : 1;
 }
 

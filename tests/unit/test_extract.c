@@ -293,6 +293,74 @@ static void test_material_edits_mark_their_pieces(void **state)
     close_scene(&s);
 }
 
+// A mesh keeps the name of its material, whatever becomes of that.
+static void test_materials_that_come_and_go_mark_their_pieces(void **state)
+{
+    (void)state;
+    struct scene s;
+    open_scene(&s, 1);
+    const uint32_t looks = NG_INSTANCE_DOUBLE_SIDED | NG_INSTANCE_MASKED;
+    ng_entity a = add_piece(&s, "a", 0, 0, 0);
+    struct ng_material *m = ng_world_edit(s.world, s.material, NG_MATERIAL), kept;
+    m->alpha_mask = m->double_sided = true;
+    kept = *m;
+    assert_int_equal(instance_of(frame(&s, 0), a)->flags & looks, looks);
+    OK(ng_world_remove(s.world, s.material, NG_MATERIAL));
+    const struct ng_snapshot *n = frame(&s, 1);
+    assert_int_equal(instance_of(n, a)->flags, NG_INSTANCE_MOVED);
+    assert_int_equal(moved_count(frame(&s, 2)), 0);
+    OK(ng_world_add(s.world, s.material, NG_MATERIAL, &kept));
+    assert_int_equal(instance_of(frame(&s, 3), a)->flags, looks | NG_INSTANCE_MOVED);
+    OK(ng_world_remove(s.world, s.material, NG_MATERIAL)); // unseen
+    OK(ng_world_add(s.world, s.material, NG_MATERIAL, &kept));
+    assert_int_equal(moved_count(frame(&s, 4)), 0);
+    OK(ng_entity_destroy(s.world, s.material));
+    assert_int_equal(instance_of(frame(&s, 5), a)->flags, NG_INSTANCE_MOVED);
+    close_scene(&s);
+}
+
+static ng_asset add_image(struct scene *s)
+{
+    struct ng_image image = {.width = 1, .height = 1, .levels = 1, .pixels = calloc(1, 4), .size = 4};
+    ng_asset id;
+    assert_non_null(image.pixels);
+    OK(ng_assets_take_image(s->assets, "texel", &image, &id));
+    return id;
+}
+
+// Both images are the first of the snapshot's list, one after the other.
+static void test_textures_are_told_apart(void **state)
+{
+    (void)state;
+    struct scene s;
+    open_scene(&s, 1);
+    ng_entity a = add_piece(&s, "a", 0, 0, 0);
+    struct ng_material *m = ng_world_edit(s.world, s.material, NG_MATERIAL);
+    ng_asset first = add_image(&s), second = add_image(&s);
+    m->base_color_texture = first;
+    m->emissive_texture = first;
+    uint64_t emission = frame(&s, 0)->emission_version;
+    m = ng_world_edit(s.world, s.material, NG_MATERIAL);
+    m->emissive_texture = second;
+    const struct ng_snapshot *n = frame(&s, 1);
+    assert_true(n->emission_version > emission);
+    assert_int_equal(moved_count(n), 0);
+    emission = n->emission_version;
+    assert_true(ng_assets_remove(s.assets, first)); // which a material still names
+    n = frame(&s, 2);
+    assert_true(n->emission_version == emission);
+    assert_int_equal(n->materials[instance_of(n, a)->material].base_color_image, NG_NONE);
+    assert_int_equal(moved_count(n), 1);
+    assert_int_equal(moved_count(frame(&s, 3)), 0);
+    assert_true(ng_assets_remove(s.assets, second));
+    assert_true(frame(&s, 4)->emission_version > emission);
+    // What emits nothing does so at any strength.
+    emission = frame(&s, 5)->emission_version;
+    ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->emissive_strength = 7;
+    assert_true(frame(&s, 6)->emission_version == emission);
+    close_scene(&s);
+}
+
 static void test_mirrored_placement_is_flagged(void **state)
 {
     (void)state;
@@ -577,11 +645,13 @@ static void test_light_versions(void **state)
     ((struct ng_light_point *)ng_world_edit(s.world, a, NG_LIGHT_POINT))->intensity *= 2;
     n = frame(&s, 1);
     assert_true(n->lights[0].version > va && n->lights[1].version == vb);
+    assert_true(n->lights[0].unit_version == va); // brightness alone
     NEAR(n->lights[0].power, 2 * power, 1e-3 * (double)power);
     va = n->lights[0].version;
     move(&s, b, 4);
     n = frame(&s, 2);
     assert_true(n->lights[0].version == va && n->lights[1].version > vb);
+    assert_true(n->lights[1].unit_version == n->lights[1].version);
     const struct ng_snapshot_instance *i = instance_of(n, b);
     assert_true(i->flags & NG_INSTANCE_MOVED && i->previous_matrix[3] == 0 && i->matrix[3] == 4);
     OK(ng_entity_destroy(s.world, a)); // the light that stays keeps its version and its history
@@ -793,6 +863,8 @@ int main(void)
         cmocka_unit_test(test_still_extraction_has_no_motion),
         cmocka_unit_test(test_pieces_come_and_go),
         cmocka_unit_test(test_material_edits_mark_their_pieces),
+        cmocka_unit_test(test_materials_that_come_and_go_mark_their_pieces),
+        cmocka_unit_test(test_textures_are_told_apart),
         cmocka_unit_test(test_mirrored_placement_is_flagged),
         cmocka_unit_test(test_a_removed_asset_takes_its_pieces_along),
         cmocka_unit_test(test_animation_moves_and_rests),
