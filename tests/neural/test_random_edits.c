@@ -1,0 +1,320 @@
+// A random editor, and those who remember: after each step whatever is drawn by an extractor, a renderer and
+// a live path tracer that followed the steps before equals, bit for bit, what new ones draw. Where nothing
+// that they show has changed, the path tracer does not begin anew, and nothing is encoded again.
+//
+// Arguments: nothing, or [steps a scene [first seed [scene]]].
+#include "neural_test.h"
+
+#include "base/hash.h"
+#include "components/mesh.h"
+#include "components/subdivision.h"
+#include "editor.h"
+#include "lightformer/progressive/progressive.h"
+#include "networks.h"
+#include "render/extract.h"
+#include "scene/system.h"
+
+enum {
+    RUN = 24,  // steps after which a scene is loaded anew, since edits wear it out
+    EDITS = 3, // in a step, at most
+};
+
+// Arguments.
+static uint32_t steps = 24;
+static uint64_t first_seed = 1;
+static const char *only = "";
+
+// ---- Those who draw --------------------------------------------------------------------------------------
+
+struct artist {
+    struct ng_extractor *extractor;
+    const struct ng_snapshot *snapshot;
+    struct method method;
+    struct lf_progressive *progressive;
+};
+
+struct walk {
+    struct room room; // its scene, device, weights and size
+    struct editor editor;
+    struct artist kept, fresh;
+    double time;
+    uint64_t shown;  // hash of what this step shows
+    char what[1024]; // scene, seed, step and its edits
+};
+
+static void artist_open(const struct room *r, struct artist *a)
+{
+    const struct lf_progressive_params params = {.jobs = r->scene.jobs, .samples = 1};
+    *a = (struct artist){0};
+    OK(ng_extractor_create(&a->extractor));
+    method_open(r, NULL, &a->method);
+    OK(lf_progressive_create(&params, &a->progressive));
+    struct ng_provider provider = lf_progressive_provider(a->progressive);
+    OK(ng_composer_register(ng_renderer_composer(a->method.renderer), &provider));
+}
+
+static void artist_close(struct artist *a)
+{
+    lf_progressive_destroy(&a->progressive);
+    method_close(&a->method);
+    ng_extractor_destroy(&a->extractor);
+}
+
+static void artist_look(const struct walk *w, struct artist *a)
+{
+    const struct ng_extract_params params = {.world = w->room.scene.world,
+                                             .assets = w->room.scene.assets,
+                                             .jobs = w->room.scene.jobs,
+                                             .time = w->time};
+    OK(ng_extract(a->extractor, &params, &a->snapshot));
+}
+
+// All layers that a method has, but for motion, which is that since the last step.
+static const char *const raster[] = {"unshadowed", "direct", "emission",  "albedo", "specular",
+                                     "position",   "normal", "roughness", "depth",  "entity"};
+static const char *const radiance[] = {"unshadowed", "direct", "indirect"};
+
+static const struct view {
+    const char *method;
+    const char *const *layers;
+    uint32_t layer_count;
+} views[] = {{"raster", raster, NG_COUNT(raster)},
+             {LF_NEURAL_METHOD, radiance, NG_COUNT(radiance)},
+             {"reference", radiance, NG_COUNT(radiance)}};
+
+static ng_result draw(const struct walk *w, struct artist *a, const struct view *view)
+{
+    const struct ng_render_params params = {.snapshot = a->snapshot,
+                                            .width = w->room.width,
+                                            .height = w->room.height,
+                                            .method = view->method,
+                                            .layers = view->layers,
+                                            .layer_count = view->layer_count};
+    struct ng_cmd *cmd;
+    OK(ng_frame_begin(w->room.gpu, &cmd));
+    ng_result drawn = ng_renderer_frame(a->method.renderer, &cmd, &params);
+    OK(ng_frame_end(w->room.gpu, &cmd));
+    return drawn;
+}
+
+// After the preview the path tracer needs one frame more; false: it was at rest from the start.
+static bool draw_to_the_end(const struct walk *w, struct artist *a)
+{
+    const struct view *view = &views[NG_COUNT(views) - 1];
+    OK(draw(w, a, view));
+    if (lf_progressive_stats_of(a->progressive).resting)
+        return false;
+    while (!lf_progressive_stats_of(a->progressive).resting)
+        OK(draw(w, a, view));
+    return true;
+}
+
+// Numbers of a layer, whatever they are.
+static const char *numbers_of(struct artist *a, const char *name, struct ng_layer *out)
+{
+    OK(ng_renderer_layer(a->method.renderer, name, out));
+    return out->info->uint ? (const char *)out->ids : (const char *)out->pixels;
+}
+
+static double number_at(const char *numbers, uint32_t i)
+{
+    float value;
+    memcpy(&value, numbers + (size_t)i * sizeof value, sizeof value);
+    return (double)value;
+}
+
+static void compare_layer(struct walk *w, const char *method, const char *name)
+{
+    struct ng_layer x, y;
+    const char *kept = numbers_of(&w->kept, name, &x), *fresh = numbers_of(&w->fresh, name, &y);
+    uint32_t wrong = 0, first = 0, count = x.width * x.height * x.channels;
+    for (uint32_t i = 0; i < count; i++)
+        if (memcmp(kept + (size_t)i * 4, fresh + (size_t)i * 4, 4) != 0 && !wrong++)
+            first = i;
+    if (wrong)
+        fail_msg("%s: %s/%s differs in %u of %u numbers, first at (%u, %u): %.9g, and %.9g anew", w->what,
+                 method, name, wrong, count, first / x.channels % x.width, first / x.channels / x.width,
+                 number_at(kept, first), number_at(fresh, first));
+}
+
+static void compare(struct walk *w, const struct view *view)
+{
+    for (uint32_t i = 0; i < view->layer_count; i++)
+        compare_layer(w, view->method, view->layers[i]);
+}
+
+// ---- What is shown ---------------------------------------------------------------------------------------
+
+static uint64_t hash_material(const struct ng_snapshot *s, const struct ng_snapshot_material *m)
+{
+    const uint64_t words[] = {m->entity.id, m->double_sided, m->alpha_mask};
+    const uint32_t images[] = {m->base_color_image, m->metallic_roughness_image, m->normal_image,
+                               m->emissive_image};
+    const float numbers[] = {m->metallic, m->roughness, m->normal_scale, m->alpha, m->alpha_cutoff};
+    uint64_t hash = ng_hash_bytes(0, words, sizeof words);
+    hash = ng_hash_bytes(hash, m->base_color, sizeof m->base_color);
+    hash = ng_hash_bytes(hash, m->emission, sizeof m->emission);
+    hash = ng_hash_bytes(hash, numbers, sizeof numbers);
+    for (size_t i = 0; i < NG_COUNT(images); i++)
+        hash = ng_hash_combine(hash, images[i] == NG_NONE ? 0 : s->images[images[i]].key);
+    return hash;
+}
+
+static uint64_t hash_mesh(const struct ng_snapshot_mesh *m)
+{
+    uint64_t hash = ng_hash_bytes(0, m->positions, m->vertex_count * 3 * sizeof(float));
+    hash = ng_hash_bytes(hash, m->normals, m->vertex_count * 3 * sizeof(float));
+    hash = ng_hash_bytes(hash, m->tangents, m->vertex_count * 4 * sizeof(float));
+    hash = ng_hash_bytes(hash, m->uvs, m->vertex_count * 2 * sizeof(float));
+    return ng_hash_bytes(hash, m->indices, m->index_count * sizeof *m->indices);
+}
+
+static uint64_t hash_instance(const struct walk *w, const struct ng_snapshot *s, uint32_t index)
+{
+    const struct ng_snapshot_instance *in = &s->instances[index];
+    const struct ng_mesh *mesh = ng_world_get(w->room.scene.world, in->entity, NG_MESH);
+    const struct ng_subdivision *refined = ng_world_get(w->room.scene.world, in->entity, NG_SUBDIVISION);
+    const uint64_t words[] = {in->entity.id,
+                              mesh ? mesh->geometry.id : 0,
+                              refined ? 1 + refined->boundary : 0,
+                              in->light,
+                              in->flags & ~(uint32_t)NG_INSTANCE_MOVED,
+                              hash_mesh(&s->meshes[in->mesh]),
+                              hash_material(s, &s->materials[in->material])};
+    uint64_t hash = ng_hash_bytes(0, words, sizeof words);
+    return ng_hash_bytes(hash, in->matrix, sizeof in->matrix);
+}
+
+static uint64_t hash_light(const struct walk *w, const struct ng_snapshot_light *l)
+{
+    const struct ng_light_source *u = &l->source;
+    ng_asset image = u->type->image ? u->type->image(u) : (ng_asset){0};
+    const uint64_t words[] = {l->entity.id, u->type->component,
+                              ng_assets_image(w->room.scene.assets, image) ? image.id : 0};
+    uint64_t hash = ng_hash_bytes(0, words, sizeof words);
+    hash = ng_hash_bytes(hash, u->params, sizeof u->params);
+    hash = ng_hash_bytes(hash, u->emission, sizeof u->emission);
+    return ng_hash_bytes(hash, u->matrix, sizeof u->matrix);
+}
+
+// Of all that a path tracer looks at, by content: what extractions count and remember is left out.
+static uint64_t hash_shown(const struct walk *w)
+{
+    const struct ng_snapshot *s = w->fresh.snapshot;
+    const float numbers[] = {s->camera.fov_y,    s->camera.near_plane, s->scene_radius,
+                             s->scene_center[0], s->scene_center[1],   s->scene_center[2]};
+    const uint32_t size[] = {w->room.width, w->room.height};
+    uint64_t hash = ng_hash_bytes(0, size, sizeof size);
+    hash = ng_hash_bytes(hash, numbers, sizeof numbers);
+    hash = ng_hash_bytes(hash, s->camera.view, sizeof s->camera.view);
+    for (uint32_t i = 0; i < s->instance_count; i++)
+        hash = ng_hash_combine(hash, hash_instance(w, s, i));
+    for (uint32_t i = 0; i < s->light_count; i++)
+        hash = ng_hash_combine(hash, hash_light(w, &s->lights[i]));
+    return hash;
+}
+
+// ---- Walks -----------------------------------------------------------------------------------------------
+
+static void step(struct walk *w)
+{
+    for (uint32_t i = 0, n = 1 + ng_rng_below(&w->editor.rng, EDITS); i < n; i++) {
+        editor_edit(&w->editor);
+        size_t used = strlen(w->what);
+        snprintf(w->what + used, sizeof w->what - used, "; %s", w->editor.what);
+    }
+    if (ng_rng_below(&w->editor.rng, 12) == 0)
+        w->time += 0.4;
+    if (ng_rng_below(&w->editor.rng, 12) == 0) {
+        w->room.width = 1 + ng_rng_below(&w->editor.rng, 24);
+        w->room.height = 1 + ng_rng_below(&w->editor.rng, 20);
+    }
+}
+
+// Draws with those who remember and with new ones; whether the former began something anew.
+static bool look(struct walk *w)
+{
+    const struct lf_encoder_counters before = lf_neural_counters_of(w->kept.method.neural).encoder;
+    for (size_t i = 0; i + 1 < NG_COUNT(views); i++) {
+        ng_result drawn = draw(w, &w->kept, &views[i]);
+        assert_int_equal(draw(w, &w->fresh, &views[i]), drawn);
+        if (drawn == NG_OK)
+            compare(w, &views[i]);
+    }
+    bool began = draw_to_the_end(w, &w->kept);
+    draw_to_the_end(w, &w->fresh);
+    compare(w, &views[NG_COUNT(views) - 1]);
+    const struct lf_encoder_counters after = lf_neural_counters_of(w->kept.method.neural).encoder;
+    return began || memcmp(&before, &after, sizeof before) != 0;
+}
+
+static void walk(struct walk *w, const char *path, uint64_t seed, uint32_t count)
+{
+    scene_load(&w->room.scene, 2, path);
+    editor_begin(&w->editor, w->room.scene.world, w->room.scene.assets, seed);
+    artist_open(&w->room, &w->kept);
+    w->shown = 0;
+    for (uint32_t i = 0; i <= count; i++) {
+        uint64_t before = w->shown;
+        snprintf(w->what, sizeof w->what, "%s, seed %u, step %u", path, (unsigned)seed, i);
+        if (i)
+            step(w);
+        OK(ng_world_run(w->room.scene.world, w->time));
+        artist_open(&w->room, &w->fresh);
+        artist_look(w, &w->kept);
+        artist_look(w, &w->fresh);
+        w->shown = hash_shown(w);
+        if (look(w) && w->shown == before)
+            fail_msg("%s: something was begun anew for nothing", w->what);
+        artist_close(&w->fresh);
+    }
+    artist_close(&w->kept);
+    scene_close(&w->room.scene);
+}
+
+static void ignore(void *user, enum ng_log_level level, const char *text)
+{
+    NG_UNUSED(user);
+    NG_UNUSED(level);
+    NG_UNUSED(text);
+}
+
+// Edits break things, which is said in the log; what is said is not the matter here.
+static void what_is_remembered_is_what_is_there(void **state)
+{
+    const char *path = *state;
+    struct walk w = {.room = {.width = 20, .height = 16}};
+    if (!strstr(path, only))
+        skip();
+    ng_log_set_sink(ignore, NULL);
+    test_path(w.room.weights, sizeof w.room.weights, "test.weights.safetensors");
+    w.room.gpu = gpu_test_begin();
+    for (uint32_t done = 0; done < steps; done += RUN) {
+        uint64_t seed = first_seed + done / RUN;
+        if (seed % 4) // a network that knows the powers depends on them in more places
+            network_write_random(w.room.weights, seed);
+        else
+            network_write_absolute(w.room.weights, seed);
+        walk(&w, path, seed, steps - done < RUN ? steps - done : RUN);
+    }
+    ng_log_set_sink(NULL, NULL);
+    gpu_test_end(w.room.gpu);
+}
+
+int main(int argc, char **argv)
+{
+    static const char *const scenes[] = {
+        "materials",         "alpha_mask",   "light_mesh", "light_rectangle_textured",
+        "light_environment", "light_sphere", "character",  "subdivision"};
+    static char paths[NG_COUNT(scenes)][64];
+    struct CMUnitTest tests[NG_COUNT(scenes)];
+    steps = argc > 1 ? (uint32_t)strtoul(argv[1], NULL, 10) : steps;
+    first_seed = argc > 2 ? strtoul(argv[2], NULL, 10) : first_seed;
+    only = argc > 3 ? argv[3] : only;
+    for (size_t i = 0; i < NG_COUNT(scenes); i++) {
+        snprintf(paths[i], sizeof paths[i], "content/unit/%s.glb", scenes[i]);
+        tests[i] = (struct CMUnitTest){
+            .name = scenes[i], .test_func = what_is_remembered_is_what_is_there, .initial_state = paths[i]};
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
