@@ -6,6 +6,7 @@
 #include "render/scene_gpu.h"
 
 #include <math.h>
+#include <string.h>
 
 static bool reads(const struct lf_encoder *self, enum lf_net_input input)
 {
@@ -33,6 +34,17 @@ uint64_t lf_encoder_screen_key(const struct lf_encoder *self, const struct ng_fr
     return nonzero(hash);
 }
 
+// What rays into a view may meet. Those of a perspective begin at the light, not at its near plane.
+static uint64_t hash_met(const struct ng_frame_info *frame, const struct ng_light_gpu *l, uint32_t view,
+                         uint32_t light)
+{
+    float m[16];
+    memcpy(m, l->rsm_views[view].view_projection, sizeof m);
+    if (!l->data.window_count)
+        m[14] = 0; // the near plane's distance
+    return ng_scene_gpu_seen(frame->scene, m, light);
+}
+
 uint64_t lf_encoder_rsm_key(const struct ng_frame_info *frame, uint32_t light)
 {
     const struct ng_snapshot *s = frame->snapshot;
@@ -46,8 +58,7 @@ uint64_t lf_encoder_rsm_key(const struct ng_frame_info *frame, uint32_t light)
 
     uint64_t hash = ng_hash_bytes(unit.unit_version, &s->place_size, sizeof s->place_size);
     for (uint32_t v = 0; v < views.rsm_view_count; v++)
-        hash =
-            ng_hash_combine(hash, ng_scene_gpu_seen(frame->scene, views.rsm_views[v].view_projection, light));
+        hash = ng_hash_combine(hash, hash_met(frame, &views, v, light));
     return nonzero(hash);
 }
 

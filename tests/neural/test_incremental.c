@@ -110,6 +110,18 @@ static void lights_with_a_surface_are_things(void **state)
     watch_close(&w);
 }
 
+// A millimetre above the point light, nearer than the near plane of its maps. The panel sees it, too.
+static void what_is_very_near_a_light_is_in_its_light(void **state)
+{
+    NG_UNUSED(state);
+    struct watch w = {0};
+    watch_open(&w);
+    scene_quad(&w.room.scene, (const float[3]){0.399f, 0.301f, 0.899f}, (const float[3]){0.002f, 0, 0},
+               (const float[3]){0, 0, 0.002f}, w.room.red);
+    expect(&w, 1, 1, 2, 2, 3, 1);
+    watch_close(&w);
+}
+
 static void another_method_encodes_nothing(void **state)
 {
     NG_UNUSED(state);
@@ -261,6 +273,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(only_what_depends_on_a_change_is_redone),
         cmocka_unit_test(lights_with_a_surface_are_things),
+        cmocka_unit_test(what_is_very_near_a_light_is_in_its_light),
         cmocka_unit_test(another_method_encodes_nothing),
         cmocka_unit_test(a_light_that_comes_back_is_followed),
         cmocka_unit_test(each_light_has_a_node_of_its_own),
