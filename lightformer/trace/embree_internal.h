@@ -19,7 +19,9 @@ struct lf_slot {
     ng_entity entity;
     uint64_t mesh_key, mesh_revision, version;
     float matrix[12];
-    float *vertices; // Embree's, world space
+    float *vertices;         // Embree's, world space
+    const uint32_t *indices; // the mesh's, while Embree uses them
+    uint32_t *own_indices;   // Embree's instead, once a triangle had to be left out
 };
 
 // Around an emitter.
@@ -40,6 +42,12 @@ struct lf_tracer {
     struct lf_tracer_stats stats;
     bool failed; // Embree, since the last update began
 };
+
+// A coordinate that Embree takes, whatever it was.
+static inline float lf_within_reach(float x)
+{
+    return lf_min(lf_max(x, -LF_TRACE_FARTHEST), LF_TRACE_FARTHEST);
+}
 
 // ---- shape.c ---------------------------------------------------------------------------------------------
 // Unit normal of a disk or sphere at a place of it; moves the place exactly onto a sphere.

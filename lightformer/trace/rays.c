@@ -5,6 +5,15 @@
 
 #define LEAST_SLANT 0.05f // cosine under which what coincides is no longer told apart from what lies behind
 
+// Whether Embree takes it: beyond these limits its assertions, which packages of it have on, end the process.
+static bool is_ray(const float origin[3], const float direction[3], float near, float far)
+{
+    bool inside = true;
+    for (int k = 0; k < 3; k++)
+        inside &= (fabsf(origin[k]) <= LF_TRACE_FARTHEST) & (fabsf(direction[k]) <= LF_TRACE_FARTHEST);
+    return inside & (near >= 0) & (near <= far); // false of what is no number
+}
+
 // In place: what is written member by member and then copied as a whole waits for the stores.
 static void aim(const struct lf_ray *ray, struct RTCRay *out)
 {
@@ -45,6 +54,8 @@ static void begin_passing(const struct lf_tracer *t, uint32_t light, struct lf_q
 
 static bool intersect(RTCScene scene, const struct lf_ray *ray, struct lf_query *q, struct RTCRayHit *out)
 {
+    if (!is_ray(ray->origin, ray->direction, ray->near, ray->far))
+        return false;
     aim(ray, &out->ray);
     out->hit.geomID = RTC_INVALID_GEOMETRY_ID;
     out->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -68,6 +79,8 @@ bool lf_trace_shadowed(const struct lf_tracer *t, const struct lf_ray *ray, uint
 {
     struct lf_query q;
     struct RTCRay r;
+    if (!is_ray(ray->origin, ray->direction, ray->near, ray->far))
+        return false;
     begin_passing(t, light, &q);
     aim(ray, &r);
     rtcOccluded1(t->scene, &q.context, &r);
@@ -79,7 +92,7 @@ bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
     return lf_trace_shadowed(t, ray, NG_NONE);
 }
 
-// As Embree wants them; what is no ray is not valid.
+// As Embree wants them; what is no ray is not valid. Lane by lane and axis by axis, so that it vectorizes.
 static void aim_side_by_side(const struct lf_tracer *t, const struct lf_packet *p, struct lf_query *q,
                              int valid[LF_PACKET], struct RTCRayHit16 *out)
 {
@@ -87,7 +100,9 @@ static void aim_side_by_side(const struct lf_tracer *t, const struct lf_packet *
     q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     *out = (struct RTCRayHit16){0};
     for (int i = 0; i < LF_PACKET; i++) {
-        valid[i] = p->far[i] > 0 ? -1 : 0;
+        const float origin[3] = {p->origin[0][i], p->origin[1][i], p->origin[2][i]};
+        const float direction[3] = {p->direction[0][i], p->direction[1][i], p->direction[2][i]};
+        valid[i] = -(int)(is_ray(origin, direction, 0, p->far[i]) & (p->far[i] > 0));
         out->ray.mask[i] = UINT32_MAX;
         out->hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     }
@@ -129,12 +144,12 @@ void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_h
     }
 }
 
-// Up to LF_PACKET rays; lanes without a ray are not valid.
+// Up to LF_PACKET rays; lanes without a ray, or with what is none, are not valid.
 static void aim_packet(const struct lf_ray *rays, uint32_t count, int valid[LF_PACKET], struct RTCRay16 *out)
 {
     for (uint32_t i = 0; i < LF_PACKET; i++) {
         const struct lf_ray *ray = &rays[i < count ? i : 0];
-        valid[i] = i < count ? -1 : 0;
+        valid[i] = -(int)((i < count) & is_ray(ray->origin, ray->direction, ray->near, ray->far));
         out->org_x[i] = ray->origin[0];
         out->org_y[i] = ray->origin[1];
         out->org_z[i] = ray->origin[2];
@@ -185,7 +200,7 @@ void lf_trace_occluded_many(const struct lf_tracer *t, const struct lf_ray *rays
         aim_packet(rays + begin, lanes, valid, &r);
         rtcOccluded16(valid, t->scene, &q.context, &r);
         for (uint32_t i = 0; i < lanes; i++)
-            met[begin + i] = r.tfar[i] < 0;
+            met[begin + i] = valid[i] && r.tfar[i] < 0;
     }
 }
 

@@ -45,12 +45,18 @@ static void shape_bounds(const struct RTCBoundsFunctionArguments *a)
 {
     const struct lf_slot *s = a->geometryUserPtr;
     float low[3], high[3];
+    bool empty = true;
     for (int i = 0; i < 3; i++) {
         const float *m = s->matrix + i * 4;
         float reach = s->seen.shape == LF_SHAPE_SPHERE ? sphere_radius(s) : sqrtf(m[0] * m[0] + m[1] * m[1]);
         reach += 1e-5f * (reach + fabsf(m[3])); // rounding
-        low[i] = m[3] - reach;
-        high[i] = m[3] + reach;
+        low[i] = lf_within_reach(m[3] - reach);
+        high[i] = lf_within_reach(m[3] + reach);
+        empty &= !(low[i] < high[i]);
+    }
+    if (empty) { // see is_point in tracer.c
+        *a->bounds_o = (struct RTCBounds){.lower_x = INFINITY, .upper_x = -INFINITY};
+        return;
     }
     *a->bounds_o = (struct RTCBounds){.lower_x = low[0],
                                       .lower_y = low[1],

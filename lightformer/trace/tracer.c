@@ -107,8 +107,12 @@ static enum lf_shape shape_of(const struct ng_snapshot *snapshot, const struct n
 
 static void write_vertices(struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
 {
-    for (size_t i = 0; i < mesh->vertex_count; i++)
-        lf_transform_point(s->matrix, mesh->positions + i * 3, s->vertices + i * 3);
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
+        float *out = s->vertices + i * 3;
+        lf_transform_point(s->matrix, mesh->positions + i * 3, out);
+        for (int k = 0; k < 3; k++)
+            out[k] = lf_within_reach(out[k]);
+    }
 }
 
 // Reads what an instance is now; true if its place or form is another.
@@ -125,19 +129,86 @@ static bool read_instance(struct lf_slot *s, const struct ng_snapshot *snapshot)
     return moved;
 }
 
+// Triangles whose vertices are all in one place, as a scale of zero leaves them, have nothing to meet. Where
+// two geometries had some in the same place, Embree would fail an assertion of its upper level.
+static bool is_point(const float *vertices, const uint32_t index[3])
+{
+    const float *a = vertices + (size_t)index[0] * 3, *b = vertices + (size_t)index[1] * 3,
+                *c = vertices + (size_t)index[2] * 3;
+    bool same = true;
+    for (int k = 0; k < 3 && same; k++)
+        same = a[k] >= b[k] && a[k] <= b[k] && a[k] >= c[k] && a[k] <= c[k];
+    return same;
+}
+
+static bool has_points(const struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
+{
+    for (size_t i = 0; i + 2 < mesh->index_count; i += 3)
+        if (is_point(s->vertices, mesh->indices + i))
+            return true;
+    return false;
+}
+
+// Embree builds without a triangle whose indices are no vertices. True where it is to leave out others than
+// before, and so has to build anew.
+static bool leave_out_points(struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
+{
+    static const uint32_t none[3] = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
+    bool changed = false;
+    for (size_t i = 0; i + 2 < mesh->index_count; i += 3) {
+        const uint32_t *now = is_point(s->vertices, mesh->indices + i) ? none : mesh->indices + i;
+        changed |= s->own_indices[i] != now[0];
+        memcpy(s->own_indices + i, now, sizeof none);
+    }
+    return changed;
+}
+
+// The mesh's own indices, as long as they are all of triangles. `*changed` as above.
+static ng_result set_indices(struct lf_slot *s, const struct ng_snapshot_mesh *mesh, bool *changed)
+{
+    const size_t count = mesh->index_count / 3, stride = 3 * sizeof(uint32_t);
+    *changed = false;
+    if (!s->own_indices && !has_points(s, mesh)) {
+        if (s->indices != mesh->indices)
+            rtcSetSharedGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->indices,
+                                       0, stride, count);
+        s->indices = mesh->indices;
+        return NG_OK;
+    }
+    if (!s->own_indices) {
+        s->own_indices =
+            rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, stride, count);
+        if (!s->own_indices)
+            return NG_ERROR_MEMORY;
+        memcpy(s->own_indices, mesh->indices, count * stride);
+    }
+    *changed = leave_out_points(s, mesh);
+    return NG_OK;
+}
+
 static ng_result make_triangles(struct lf_tracer *t, struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
 {
+    bool changed;
     s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     s->vertices = rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                           3 * sizeof(float), mesh->vertex_count ? mesh->vertex_count : 1);
-    uint32_t *indices = rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                3 * sizeof(uint32_t), mesh->index_count / 3);
-    if (!s->vertices || (!indices && mesh->index_count))
+    if (!s->vertices)
         return NG_ERROR_MEMORY;
     write_vertices(s, mesh);
-    if (mesh->index_count)
-        memcpy(indices, mesh->indices, (size_t)(mesh->index_count / 3 * 3) * sizeof(uint32_t));
     t->stats.triangles += mesh->index_count / 3;
+    return set_indices(s, mesh, &changed);
+}
+
+static ng_result move_triangles(struct lf_tracer *t, struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
+{
+    bool changed;
+    write_vertices(s, mesh);
+    NG_TRY(set_indices(s, mesh, &changed));
+    rtcSetGeometryBuildQuality(s->geometry, RTC_BUILD_QUALITY_REFIT);
+    rtcUpdateGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+    if (changed) // then Embree builds
+        rtcUpdateGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0);
+    t->stats.built += changed;
     return NG_OK;
 }
 
@@ -216,7 +287,7 @@ static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *
     return true;
 }
 
-static void follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+static ng_result follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
     for (uint32_t i = 0; i < t->slot_count; i++) {
         struct lf_slot *s = &t->slots[i];
@@ -228,13 +299,11 @@ static void follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
         if (!moved && ((before ^ s->seen.flags) & NG_INSTANCE_MASKED) == 0)
             continue; // it reflects in another way
         t->stats.updated++;
-        if (s->seen.shape == LF_SHAPE_TRIANGLES) {
-            rtcSetGeometryBuildQuality(s->geometry, RTC_BUILD_QUALITY_REFIT);
-            write_vertices(s, &snapshot->meshes[snapshot->instances[i].mesh]);
-            rtcUpdateGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
-        }
+        if (s->seen.shape == LF_SHAPE_TRIANGLES)
+            NG_TRY(move_triangles(t, s, &snapshot->meshes[snapshot->instances[i].mesh]));
         commit_geometry(s);
     }
+    return NG_OK;
 }
 
 // So that most rays that look for emitters alone end before they begin.
@@ -261,10 +330,7 @@ static void find_boxes(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 static ng_result update(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
     bool same = same_instances(t, snapshot);
-    if (same)
-        follow(t, snapshot);
-    else
-        NG_TRY(build(t, snapshot));
+    NG_TRY(same ? follow(t, snapshot) : build(t, snapshot));
     t->snapshot = snapshot;
     find_boxes(t, snapshot);
     if (!same || t->stats.updated) {

@@ -46,6 +46,12 @@ NG_NODISCARD ng_result lf_tracer_update(struct lf_tracer *tracer, const struct n
 const struct ng_snapshot *lf_tracer_snapshot(const struct lf_tracer *tracer); // borrowed; null before
 struct lf_tracer_stats lf_tracer_stats_of(const struct lf_tracer *tracer);
 
+// Coordinates of rays and of what they meet, metres. What is no ray meets nothing: numbers beyond this or no
+// numbers at all, a negative `near`, `far` below `near`. Vertices beyond are moved to the edge.
+//
+// Embree takes up to 1.8e18, and transforms rays into shared meshes, which stretches them by up to 1e6.
+#define LF_TRACE_FARTHEST 1e11f
+
 struct lf_ray {
     float origin[3], direction[3]; // world; direction unit
     float near, far;               // metres along the direction; far may be INFINITY

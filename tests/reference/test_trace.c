@@ -426,6 +426,125 @@ static void test_packets_are_rays(void **state)
     scene_close(&s);
 }
 
+// What every way of tracing says of one ray. With assertions on, Embree ends the process for what is no ray.
+static bool met_in_any_way(const struct scene *s, const struct lf_ray *ray)
+{
+    struct lf_packet p = {.passes = NG_NONE}, any;
+    struct lf_ray rays[3] = {*ray, *ray, make_ray(0, 0, -50, 0, 0, -1)};
+    struct lf_hit hits[LF_PACKET];
+    bool met[3], dark[3];
+    int visits = 0;
+    for (int c = 0; c < 3; c++) {
+        p.origin[c][3] = ray->origin[c];
+        p.direction[c][3] = ray->direction[c];
+    }
+    p.far[3] = ray->far;
+    any = p;
+    lf_trace_closest_many(s->tracer, rays, 3, met, hits);
+    lf_trace_occluded_many(s->tracer, rays, 3, dark);
+    lf_trace_packet(s->tracer, &p, hits);
+    lf_trace_packet_occluded(s->tracer, &any);
+    lf_trace_emitters(s->tracer, ray, count_hit, &visits);
+    bool packet = ray->near >= 0 && ray->near <= 0 && (p.met[3] || any.met[3]); // whose rays begin at 0
+    return lf_trace_closest(s->tracer, ray, LF_RAY_ALL, hits) ||
+           lf_trace_closest(s->tracer, ray, LF_RAY_CAMERA, hits) || lf_trace_occluded(s->tracer, ray) ||
+           lf_trace_shadowed(s->tracer, ray, 0) || lf_trace_bare(s->tracer, ray, 1) || met[0] || met[1] ||
+           dark[0] || dark[1] || packet || visits;
+}
+
+static void test_what_is_no_ray_meets_nothing(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct ng_light_sphere ball = {.on = true, .color = {1, 1, 1}, .radiance = 1, .radius = 0.5f};
+    scene_open(&s, 1);
+    add_floor(&s, scene_material(&s, (const float[3]){1, 1, 1}, 0, 1));
+    scene_light(&s, NG_LIGHT_SPHERE, &ball, (const float[3]){0, 0, 1}, NULL);
+    scene_frame(&s, 0);
+    const struct lf_ray good = make_ray(0, 0, 5, 0, 0, -1);
+    assert_true(met_in_any_way(&s, &good));
+    const float wrong[] = {NAN, INFINITY, -INFINITY, 1e19f, -1e19f, 1.9e18f, 3e38f};
+    for (size_t i = 0; i < NG_COUNT(wrong); i++)
+        for (int member = 0; member < 6; member++) {
+            struct lf_ray bad = good;
+            (member < 3 ? bad.origin : bad.direction)[member % 3] = wrong[i];
+            assert_false(met_in_any_way(&s, &bad));
+        }
+    const float spans[][2] = {{NAN, 9}, {0, NAN}, {-1, 9}, {-INFINITY, 9}, {0, -1}, {0, -INFINITY}, {9, 0}};
+    for (size_t i = 0; i < NG_COUNT(spans); i++) {
+        struct lf_ray bad = good;
+        bad.near = spans[i][0], bad.far = spans[i][1];
+        assert_false(met_in_any_way(&s, &bad));
+    }
+    scene_close(&s);
+}
+
+// A scale of zero, by which animations hide things. Several of them in one place end Embree's upper level.
+static void test_things_come_and_go_by_their_scale(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct ng_light_sphere ball = {.on = true, .color = {1, 1, 1}, .radiance = 1, .radius = 0.5f};
+    ng_entity pieces[6];
+    scene_open(&s, 1);
+    ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1);
+    for (int i = 0; i < 6; i++)
+        pieces[i] = i < 3 ? scene_sphere(&s, (const float[3]){0, 0, 2}, 0.4f, false, material)
+                          : scene_light(&s, NG_LIGHT_SPHERE, &ball, (const float[3]){0, 0, -2}, NULL);
+    struct lf_ray to_mesh = make_ray(0, 0, 5, 0, 0, -1), to_light = make_ray(0, 0, -5, 0, 0, 1);
+    for (int frame = 0; frame < 4; frame++) { // there, gone, there, gone
+        float scale = frame % 2 ? 0.0f : 1.0f;
+        for (int i = 0; i < 6; i++)
+            for (int k = 0; k < 3; k++)
+                ((struct ng_transform *)ng_world_edit(s.world, pieces[i], NG_TRANSFORM))->scale[k] = scale;
+        scene_frame(&s, frame);
+        to_mesh.far = to_light.far = 4;
+        assert_int_equal(lf_trace_occluded(s.tracer, &to_mesh), scale > 0);
+        assert_int_equal(lf_trace_occluded(s.tracer, &to_light), scale > 0);
+        // As a scene that begins like that.
+        lf_tracer_destroy(&s.tracer);
+        OK(lf_tracer_create(&s.tracer));
+        OK(lf_tracer_update(s.tracer, s.snapshot));
+        assert_int_equal(lf_trace_occluded(s.tracer, &to_mesh), scale > 0);
+        assert_int_equal(lf_trace_occluded(s.tracer, &to_light), scale > 0);
+    }
+    scene_close(&s);
+}
+
+// Numbers that no transform should give, in a snapshot all the same: the scene around them stays.
+static void test_things_without_a_place_leave_the_others(void **state)
+{
+    (void)state;
+    struct ng_light_sphere ball = {.on = true, .color = {1, 1, 1}, .radiance = 1, .radius = 0.5f};
+    struct ng_light_disk disk = {.on = true, .color = {1, 1, 1}, .radiance = 1, .radius = 0.8f};
+    const float wrong[] = {NAN, INFINITY, -INFINITY, 1e19f, 3e38f, -3e38f};
+    for (size_t i = 0; i < NG_COUNT(wrong); i++)
+        for (int refitted = 0; refitted < 2; refitted++) {
+            struct scene s;
+            scene_open(&s, 1);
+            ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1);
+            add_floor(&s, material);
+            scene_sphere(&s, (const float[3]){0, 0, 2}, 0.4f, false, material);
+            scene_light(&s, NG_LIGHT_SPHERE, &ball, (const float[3]){0, 0, 1}, NULL);
+            scene_light(&s, NG_LIGHT_DISK, &disk, (const float[3]){0, 0, 1}, NULL);
+            scene_frame(&s, 0);
+            if (!refitted) {
+                lf_tracer_destroy(&s.tracer);
+                OK(lf_tracer_create(&s.tracer));
+            }
+            for (uint32_t k = 1; k < s.snapshot->instance_count; k++) {
+                for (int m = 0; m < 12; m++)
+                    s.snapshot->instances[k].matrix[m] = wrong[i];
+                s.snapshot->instances[k].version++;
+            }
+            OK(lf_tracer_update(s.tracer, s.snapshot));
+            struct lf_ray ray = make_ray(0.9f, 0.9f, 0.2f, 0, 0, -1);
+            struct lf_hit hit;
+            assert_true(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit));
+            scene_close(&s);
+        }
+}
+
 static void test_an_empty_scene_is_met_by_nothing(void **state)
 {
     (void)state;
@@ -460,6 +579,9 @@ int main(void)
         cmocka_unit_test(test_updates_follow_what_moved),
         cmocka_unit_test(test_only_what_moved_is_touched),
         cmocka_unit_test(test_packets_are_rays),
+        cmocka_unit_test(test_what_is_no_ray_meets_nothing),
+        cmocka_unit_test(test_things_come_and_go_by_their_scale),
+        cmocka_unit_test(test_things_without_a_place_leave_the_others),
         cmocka_unit_test(test_an_empty_scene_is_met_by_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
