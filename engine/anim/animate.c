@@ -33,7 +33,8 @@ struct link {
 };
 
 struct slot {
-    uint32_t first, count; // links
+    uint32_t first, count;        // links
+    const struct ng_field *field; // null: the component has none there
     float value[4];
     bool valid;
 };
@@ -120,6 +121,17 @@ static int compare_links(const void *a, const void *b)
     return order ? order : (x->entity > y->entity) - (x->entity < y->entity);
 }
 
+static const struct ng_field *field_of(const struct ng_world *world, const struct ng_channel *c)
+{
+    const struct ng_component_desc *desc = ng_world_component(world, c->component);
+    for (uint32_t i = 0; desc && i < desc->field_count; i++) {
+        const struct ng_field *field = &desc->fields[i];
+        if (field->offset == c->field_offset && ng_field_size(field->type) == c->width * sizeof(float))
+            return field;
+    }
+    return NULL;
+}
+
 static ng_result make_plan(struct ng_animator *a)
 {
     a->plan = 0;
@@ -140,7 +152,8 @@ static ng_result make_plan(struct ng_animator *a)
             a->slots.items[a->slots.count - 1].count++;
             continue;
         }
-        if (!ng_array_push(&a->slots, (struct slot){.first = i, .count = 1}))
+        struct slot slot = {.first = i, .count = 1, .field = field_of(a->world, channel)};
+        if (!ng_array_push(&a->slots, slot))
             return ng_out_of_memory("the playing clips");
     }
     a->plan = plan_of(a);
@@ -164,7 +177,9 @@ static void sample_slots(void *user, uint32_t begin, uint32_t end, uint32_t work
             ng_channel_sample(link->channel, t, value);
             ng_blend_add(&blend, value, first->width, first->rotation, player->animation.weight);
         }
-        slot->valid = ng_blend_result(&blend, first->width, first->rotation, slot->value);
+        // Splines overshoot: what comes out has to be a value of the field all the same.
+        slot->valid = ng_blend_result(&blend, first->width, first->rotation, slot->value) && slot->field &&
+                      ng_field_clamp(slot->field, slot->value);
     }
 }
 
@@ -173,11 +188,9 @@ static void write_slots(const struct ng_animator *a, struct ng_world *world)
     for (size_t i = 0; i < a->slots.count; i++) {
         const struct slot *slot = &a->slots.items[i];
         const struct ng_channel *c = a->links.items[slot->first].channel;
-        const struct ng_component_desc *desc = ng_world_component(world, c->component);
         size_t size = c->width * sizeof(float);
         const unsigned char *now = ng_world_get(world, c->target, c->component);
-        if (!slot->valid || !now || !desc || c->field_offset + size > desc->size ||
-            !memcmp(now + c->field_offset, slot->value, size))
+        if (!slot->valid || !now || !memcmp(now + c->field_offset, slot->value, size))
             continue;
         unsigned char *value = ng_world_write(world, c->target, c->component);
         memcpy(value + c->field_offset, slot->value, size);

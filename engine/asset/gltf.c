@@ -6,8 +6,10 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "components/components.h"
+#include "components/placement.h"
 #include "components/transform.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -39,6 +41,17 @@ void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ..
     va_start(args, fmt);
     log_message(NG_LOG_WARN, l, fmt, args);
     va_end(args);
+}
+
+void ng_gltf_keep_within(struct gltf_loader *l, const char *where, const char *what, float *values,
+                         size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!(fabsf(values[i]) <= NG_TRANSFORM_MAX)) {
+            ng_gltf_warn(l, &l->warned_range, "%s: %s: %g is beyond %g and is moved there", where, what,
+                         (double)values[i], (double)NG_TRANSFORM_MAX);
+            values[i] = ng_keep_within(values[i], NG_TRANSFORM_MAX);
+        }
 }
 
 ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what)

@@ -61,9 +61,9 @@ static ng_result read_interpolation(const struct gltf_loader *l, const char *whe
     return ng_gltf_error(l, "%s: there is no interpolation \"%.40s\"", where, name);
 }
 
-// A key's value (tangents may be anything finite) must be one that the field may hold; quaternions are
+// A key's value (tangents may be anything finite) is moved to one that the field may hold; quaternions are
 // normalised.
-static ng_result check_keys(const struct gltf_loader *l, const struct source *s, struct ng_channel *c)
+static ng_result check_keys(struct gltf_loader *l, const struct source *s, struct ng_channel *c)
 {
     uint32_t parts = c->interpolation == NG_INTERPOLATION_CUBIC ? 3 : 1;
     for (uint32_t i = 0; i < c->key_count; i++) {
@@ -77,8 +77,12 @@ static ng_result check_keys(const struct gltf_loader *l, const struct source *s,
             for (int k = 0; k < 4; k++)
                 v[k] /= length;
         }
-        if (!ng_field_check(s->field, v, why))
+        if (ng_field_check(s->field, v, why))
+            continue;
+        if (!ng_field_clamp(s->field, v))
             return ng_gltf_error(l, "%s: key %u of %s: %s", s->where, i, s->field->name, why);
+        ng_gltf_warn(l, &l->warned_keys, "%s: key %u of %s: %s; it is moved there", s->where, i,
+                     s->field->name, why);
     }
     return NG_OK;
 }

@@ -89,8 +89,10 @@ static ng_result read_vertices(struct gltf_loader *l, const char *where, const s
     if (c->positions && c->vertex_map && mapped != c->vertex_count)
         return ng_gltf_error(l, "%s: cage: %u entries of vertexMap for %u positions", where, mapped,
                              c->vertex_count);
-    if (c->positions)
+    if (c->positions) {
+        ng_gltf_keep_within(l, where, "cage.positions", c->positions, (size_t)c->vertex_count * 3);
         return NG_OK;
+    }
     NG_TRY(ng_gltf_budget(l, (uint64_t)mapped * 12, where));
     c->vertex_count = mapped;
     c->positions = malloc((size_t)mapped * 12 + 1);

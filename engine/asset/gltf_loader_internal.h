@@ -41,7 +41,7 @@ struct gltf_loader {
     NG_ARRAY(struct gltf_instance) instances;
     NG_ARRAY(ng_asset) added; // to take back on failure
     bool warned_blend, warned_mirror, warned_uv, warned_morph, warned_weights, warned_influences, warned_mode;
-    bool warned_camera;
+    bool warned_camera, warned_range, warned_far, warned_keys;
 };
 
 #define NG_GLTF_NO_NODE   UINT32_MAX
@@ -53,6 +53,9 @@ void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRI
 #define ng_gltf_unsupported(...) (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_UNSUPPORTED)
 // Warns once a load for each flag.
 void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ...) NG_PRINTF(3, 4);
+// Moves numbers to -NG_TRANSFORM_MAX .. NG_TRANSFORM_MAX, with one warning a file.
+void ng_gltf_keep_within(struct gltf_loader *l, const char *where, const char *what, float *values,
+                         size_t count);
 // Counts bytes that are about to be allocated against the limit.
 NG_NODISCARD ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what);
 

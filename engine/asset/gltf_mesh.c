@@ -43,12 +43,14 @@ static void normalize3(float *v)
         v[i] /= length;
 }
 
-static ng_result read_surface(struct gltf_loader *l, const struct gltf_primitive *p, struct ng_geometry *g)
+static ng_result read_surface(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                              struct ng_geometry *g)
 {
     NG_TRY(ng_gltf_read(l, attribute(p, "POSITION"),
                         &(struct gltf_want){"POSITION", GLTF_QUANTIZED, 1u << 3, 0, 0}, &g->positions,
                         &g->vertex_count));
     uint32_t n = g->vertex_count;
+    ng_gltf_keep_within(l, where, "POSITION", g->positions, (size_t)n * 3);
     NG_TRY(read_attribute(l, p, &(struct gltf_want){"NORMAL", GLTF_QUANTIZED, 1u << 3, n, 0}, &g->normals));
     NG_TRY(read_attribute(l, p, &(struct gltf_want){"TANGENT", GLTF_QUANTIZED, 1u << 4, n, 0}, &g->tangents));
     NG_TRY(read_attribute(l, p, &(struct gltf_want){"TEXCOORD_0", GLTF_QUANTIZED, 1u << 2, n, 0}, &g->uvs));
@@ -171,7 +173,7 @@ static uint64_t completion_size(const struct ng_geometry *g)
 static ng_result build(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                        struct ng_geometry *g, uint32_t *joint_limit)
 {
-    NG_TRY(read_surface(l, p, g));
+    NG_TRY(read_surface(l, p, where, g));
     NG_TRY(read_skinning(l, p, where, g, joint_limit));
     NG_TRY(read_order(l, p, where, g->vertex_count, &g->indices, &g->index_count));
     NG_TRY(make_triangles(l, p, where, g));

@@ -103,18 +103,16 @@ static ng_result find_order(struct gltf_loader *l, const struct gltf_scene *scen
     return walk_down(l);
 }
 
-static ng_result copy_numbers(const struct gltf_loader *l, uint32_t node, const char *what,
+static ng_result copy_numbers(struct gltf_loader *l, const char *where, const char *what,
                               const struct gltf_numbers *in, uint32_t count, float *out)
 {
     if (in->count == 0)
         return NG_OK;
     if (in->count != count)
-        return ng_gltf_error(l, "node %u: %s has %u numbers, not %u", node, what, in->count, count);
+        return ng_gltf_error(l, "%s: %s has %u numbers, not %u", where, what, in->count, count);
     for (uint32_t i = 0; i < count; i++)
-        if (!(fabs(in->items[i]) < 1e30))
-            return ng_gltf_error(l, "node %u: %s: %g is too large", node, what, in->items[i]);
-        else
-            out[i] = (float)in->items[i];
+        out[i] = (float)in->items[i];
+    ng_gltf_keep_within(l, where, what, out, count);
     return NG_OK;
 }
 
@@ -140,22 +138,23 @@ static void decompose(float m[16], struct ng_transform *out)
     glm_mat3_quat(rotation, out->rotation);
 }
 
-static ng_result read_transform(const struct gltf_loader *l, uint32_t index, struct ng_transform *out)
+static ng_result read_transform(struct gltf_loader *l, const char *where, uint32_t index,
+                                struct ng_transform *out)
 {
     const struct gltf_node *n = &l->doc->nodes[index];
     memcpy(out, ng_transform_component.defaults, sizeof *out);
     if (n->matrix.count) {
         float m[16] = {0};
-        NG_TRY(copy_numbers(l, index, "matrix", &n->matrix, 16, m));
+        NG_TRY(copy_numbers(l, where, "matrix", &n->matrix, 16, m));
         decompose(m, out);
     } else {
-        NG_TRY(copy_numbers(l, index, "translation", &n->translation, 3, out->translation));
-        NG_TRY(copy_numbers(l, index, "rotation", &n->rotation, 4, out->rotation));
-        NG_TRY(copy_numbers(l, index, "scale", &n->scale, 3, out->scale));
+        NG_TRY(copy_numbers(l, where, "translation", &n->translation, 3, out->translation));
+        NG_TRY(copy_numbers(l, where, "rotation", &n->rotation, 4, out->rotation));
+        NG_TRY(copy_numbers(l, where, "scale", &n->scale, 3, out->scale));
     }
     float length = glm_vec4_norm(out->rotation);
     if (!(length > 1e-6f))
-        return ng_gltf_error(l, "node %u: rotation is zero", index);
+        return ng_gltf_error(l, "%s: rotation is zero", where);
     glm_vec4_scale(out->rotation, 1 / length, out->rotation);
     return NG_OK;
 }
@@ -165,7 +164,7 @@ static ng_result make_entity(struct gltf_loader *l, uint32_t index)
     char where[32];
     snprintf(where, sizeof where, "node %u", index);
     struct ng_transform transform;
-    NG_TRY(read_transform(l, index, &transform));
+    NG_TRY(read_transform(l, where, index, &transform));
     // The root stands in as parent, so that a failure finds every entity below it.
     NG_TRY(ng_gltf_entity(l, l->out.root, l->doc->nodes[index].name, "node", index, &l->nodes[index]));
     return ng_gltf_add(l, l->nodes[index], where, NG_TRANSFORM, &transform);

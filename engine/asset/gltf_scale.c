@@ -4,6 +4,7 @@
 #include "base/log.h"
 #include "components/camera.h"
 #include "components/components.h"
+#include "components/placement.h"
 #include "components/scene_scale.h"
 #include "components/transform.h"
 
@@ -57,17 +58,38 @@ static mat4 *skin_palette(const struct gltf_loader *l, int index, mat4 *world)
     return palette;
 }
 
-// The corners of a geometry's box, as one matrix places them.
+// Where a node stands and how it stretches, the placement system will keep within its limit.
+static void warn_far(struct gltf_loader *l, mat4 *world)
+{
+    for (uint32_t i = 0; i < l->order_count; i++) {
+        uint32_t node = l->order[i];
+        bool near = true;
+        for (int k = 0; k < 16; k++)
+            near = near && fabsf(world[node][k / 4][k % 4]) <= NG_PLACEMENT_MAX;
+        if (!near && !l->warned_range) // of the same
+            ng_gltf_warn(
+                l, &l->warned_far,
+                "node %u: its place or its scale in the scene is beyond %g and is moved there, where "
+                "it is not seen",
+                node, (double)NG_PLACEMENT_MAX);
+    }
+}
+
+// The corners of a geometry's box, as one matrix places them. What is out of sight does not count.
 static void each_corner(const struct ng_geometry *g, mat4 matrix, struct bounds *b,
                         void (*grow)(struct bounds *, vec3))
 {
+    vec3 p[8];
     for (int corner = 0; corner < 8; corner++) {
-        vec3 p;
         for (int k = 0; k < 3; k++)
-            p[k] = corner >> k & 1 ? g->bounds_max[k] : g->bounds_min[k];
-        glm_mat4_mulv3(matrix, p, 1, p);
-        grow(b, p);
+            p[corner][k] = corner >> k & 1 ? g->bounds_max[k] : g->bounds_min[k];
+        glm_mat4_mulv3(matrix, p[corner], 1, p[corner]);
+        for (int k = 0; k < 3; k++)
+            if (!(fabsf(p[corner][k]) <= NG_PLACEMENT_MAX))
+                return;
     }
+    for (int corner = 0; corner < 8; corner++)
+        grow(b, p[corner]);
 }
 
 static void grow_box(struct bounds *b, vec3 p)
@@ -103,21 +125,19 @@ static bool each_box(const struct gltf_loader *l, mat4 *world, struct bounds *b,
 }
 
 // The sphere around the centre of the scene's box that holds the boxes of all instances.
-static ng_result measure(struct gltf_loader *l, struct ng_scene_scale *out)
+static ng_result measure(struct gltf_loader *l, mat4 *world, struct ng_scene_scale *out)
 {
     *out = (struct ng_scene_scale){.radius = 1};
-    if (l->instances.count == 0)
-        return NG_OK;
-    mat4 *world = world_matrices(l);
     struct bounds b = {.min = {FLT_MAX, FLT_MAX, FLT_MAX}, .max = {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
-    bool ok = world && each_box(l, world, &b, grow_box);
+    if (!each_box(l, world, &b, grow_box))
+        return ng_out_of_memory(l->path);
+    if (!(b.min[0] <= b.max[0])) // nothing is there
+        return NG_OK;
     glm_vec3_center(b.min, b.max, b.center);
-    ok = ok && each_box(l, world, &b, grow_sphere);
-    free(world);
-    if (!ok)
+    if (!each_box(l, world, &b, grow_sphere))
         return ng_out_of_memory(l->path);
     glm_vec3_copy(b.center, out->center);
-    out->radius = fmaxf(sqrtf(b.radius_squared), 1e-6f);
+    out->radius = fminf(fmaxf(sqrtf(b.radius_squared), 1e-6f), NG_PLACEMENT_MAX);
     return NG_OK;
 }
 
@@ -139,15 +159,25 @@ static ng_result make_camera(struct gltf_loader *l, const struct ng_scene_scale 
     return ng_gltf_add(l, l->out.camera, "default camera", NG_CAMERA, &camera);
 }
 
-ng_result ng_gltf_scale_and_camera(struct gltf_loader *l)
+static ng_result find_scale(struct gltf_loader *l, struct ng_scene_scale *out)
 {
     const struct ng_scene_scale *given = ng_world_get(l->world, l->out.root, NG_SCENE_SCALE);
+    mat4 *world = world_matrices(l);
+    if (!world)
+        return ng_out_of_memory(l->path);
+    warn_far(l, world);
+    ng_result r = NG_OK;
+    if (given)
+        *out = *given;
+    else
+        r = measure(l, world, out);
+    free(world);
+    return r == NG_OK && !given ? ng_gltf_add(l, l->out.root, "scene", NG_SCENE_SCALE, out) : r;
+}
+
+ng_result ng_gltf_scale_and_camera(struct gltf_loader *l)
+{
     struct ng_scene_scale scale;
-    if (given) {
-        scale = *given;
-    } else {
-        NG_TRY(measure(l, &scale));
-        NG_TRY(ng_gltf_add(l, l->out.root, "scene", NG_SCENE_SCALE, &scale));
-    }
+    NG_TRY(find_scale(l, &scale));
     return ng_entity_is_null(l->out.camera) ? make_camera(l, &scale) : NG_OK;
 }

@@ -2,6 +2,7 @@
 #include "asset/gltf_loader_internal.h"
 #include "base/log.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -33,6 +34,9 @@ static ng_result read_inverse_bind(struct gltf_loader *l, uint32_t index, const 
         if (count < skin->joint_count)
             return ng_gltf_error(l, "skin %u: %u inverse bind matrices for %u joints", index, count,
                                  skin->joint_count);
+        char where[32];
+        snprintf(where, sizeof where, "skin %u", index);
+        ng_gltf_keep_within(l, where, want.what, *out, (size_t)count * 16);
         return NG_OK;
     }
     if (skin->inverse_bind < -1)

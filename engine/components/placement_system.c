@@ -23,6 +23,15 @@ struct placement_system {
     uint32_t since; // everything up to this tick has been seen
 };
 
+static void keep_within(mat4 m, float most)
+{
+    for (int column = 0; column < 4; column++) {
+        for (int row = 0; row < 3; row++)
+            m[column][row] = ng_keep_within(m[column][row], most);
+        m[column][3] = column == 3 ? 1.0f : 0.0f;
+    }
+}
+
 static void local_matrix(const struct ng_transform *transform, mat4 out)
 {
     versor rotation;
@@ -31,6 +40,7 @@ static void local_matrix(const struct ng_transform *transform, mat4 out)
     for (int axis = 0; axis < 3; axis++)
         glm_vec4_scale(out[axis], transform->scale[axis], out[axis]);
     memcpy(out[3], transform->translation, sizeof transform->translation);
+    keep_within(out, NG_TRANSFORM_MAX);
 }
 
 // The matrix of the nearest ancestor that has one.
@@ -64,6 +74,7 @@ static void place(struct ng_world *world, ng_entity e)
     local_matrix(transform, matrix);
     parent_matrix(world, e, parent);
     glm_mat4_mul(parent, matrix, matrix);
+    keep_within(matrix, NG_PLACEMENT_MAX);
     if (!same_matrix(matrix, placement->matrix)) {
         struct ng_placement *changed = ng_world_write(world, e, NG_PLACEMENT);
         memcpy(changed->matrix, matrix, sizeof matrix);

@@ -3,7 +3,7 @@
 static const struct ng_scene_scale defaults = {.radius = 1.0f};
 
 static const struct ng_field fields[] = {
-    NG_FIELD(struct ng_scene_scale, center, NG_FIELD_VEC3, "m", 0, 0, "centre of the sphere"),
+    NG_FIELD(struct ng_scene_scale, center, NG_FIELD_VEC3, "m", -1e9f, 1e9f, "centre of the sphere"),
     NG_FIELD(struct ng_scene_scale, radius, NG_FIELD_F32, "m", 1e-6f, 1e9f, "radius of the sphere"),
 };
 

@@ -3,9 +3,11 @@
 static const struct ng_transform defaults = {.rotation = {0, 0, 0, 1}, .scale = {1, 1, 1}};
 
 static const struct ng_field fields[] = {
-    NG_FIELD(struct ng_transform, translation, NG_FIELD_VEC3, "m", 0, 0, "applied last"),
+    NG_FIELD(struct ng_transform, translation, NG_FIELD_VEC3, "m", -NG_TRANSFORM_MAX, NG_TRANSFORM_MAX,
+             "applied last"),
     NG_FIELD(struct ng_transform, rotation, NG_FIELD_QUAT, "", 0, 0, "unit quaternion x y z w"),
-    NG_FIELD(struct ng_transform, scale, NG_FIELD_VEC3, "", 0, 0, "applied first; negative mirrors"),
+    NG_FIELD(struct ng_transform, scale, NG_FIELD_VEC3, "", -NG_TRANSFORM_MAX, NG_TRANSFORM_MAX,
+             "applied first; negative mirrors"),
 };
 
 const struct ng_component_desc ng_transform_component = {

@@ -4,6 +4,9 @@
 
 #include "scene/component.h"
 
+// Of translation and scale, either way: the matrix of two of them is still finite.
+#define NG_TRANSFORM_MAX 1e18f
+
 // local = translate * rotate * scale. Metres; right-handed, Y up.
 struct ng_transform {
     float translation[3];

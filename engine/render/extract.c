@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "components/camera.h"
 #include "components/name.h"
+#include "components/placement.h"
 #include "components/scene_scale.h"
 #include "render/extract_internal.h"
 
@@ -152,8 +153,10 @@ static void guess_scale(struct ng_extractor *x)
     for (size_t i = 0; i < x->pieces.count; i++) {
         const struct ng_snapshot_instance *instance = &x->instances.items[i];
         for (int k = 0; k < 3; k++) {
-            low[k] = i && low[k] < instance->bounds_min[k] ? low[k] : instance->bounds_min[k];
-            high[k] = i && high[k] > instance->bounds_max[k] ? high[k] : instance->bounds_max[k];
+            float from = ng_keep_within(instance->bounds_min[k], NG_PLACEMENT_MAX),
+                  to = ng_keep_within(instance->bounds_max[k], NG_PLACEMENT_MAX);
+            low[k] = i && low[k] < from ? low[k] : from;
+            high[k] = i && high[k] > to ? high[k] : to;
         }
     }
     glm_vec3_center(low, high, x->snapshot.scene_center);
@@ -184,7 +187,7 @@ static ng_entity find_camera(struct ng_extractor *x, const char *wanted)
     return best;
 }
 
-// World to camera of a placement whose scale does not matter.
+// World to camera of a placement whose scale does not matter; one that is flat looks along -Z.
 static void view_of(const float placement[16], float view[16], float position[3])
 {
     mat4 m;
@@ -192,6 +195,8 @@ static void view_of(const float placement[16], float view[16], float position[3]
     for (int i = 0; i < 3; i++)
         glm_vec3_normalize(m[i]);
     memcpy(position, m[3], 3 * sizeof(float));
+    if (!(fabsf(glm_mat4_det(m)) > 1e-6f))
+        glm_translate_make(m, position);
     glm_mat4_inv(m, m);
     memcpy(view, m, sizeof m);
 }

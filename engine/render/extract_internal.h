@@ -178,7 +178,7 @@ NG_NODISCARD ng_result ng_extract_touch(struct ng_extractor *x, uint32_t index);
 // The mesh that a piece shows.
 const struct ng_snapshot_mesh *ng_extract_piece_mesh(const struct ng_piece *piece);
 void ng_extract_free_skin(struct ng_skinned **skin);
-// 3x4 row-major from 4x4 column-major.
+// 3x4 row-major from 4x4 column-major, within NG_PLACEMENT_MAX: sizes of lights multiply placements.
 void ng_extract_rows(const float matrix[16], float rows[12]);
 void ng_extract_bounds(struct ng_snapshot_instance *instance, const struct ng_snapshot_mesh *mesh);
 void ng_extract_set_mirrored(struct ng_snapshot_instance *instance, const float matrix[16]);

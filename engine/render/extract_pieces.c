@@ -24,7 +24,7 @@ void ng_extract_rows(const float matrix[16], float rows[12])
 {
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 4; column++)
-            rows[row * 4 + column] = matrix[column * 4 + row];
+            rows[row * 4 + column] = ng_keep_within(matrix[column * 4 + row], NG_PLACEMENT_MAX);
 }
 
 // The box of the moved box (Arvo 1990): each axis takes the smaller and larger product a term.

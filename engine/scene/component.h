@@ -82,5 +82,8 @@ const struct ng_field *ng_component_field(const struct ng_component_desc *desc, 
 // "4.2 is outside 0.01 to 3.1". Finite numbers within min and max, an existing choice, text that ends, a bool
 // that is 0 or 1, a quaternion of unit length (to 1e-3).
 bool ng_field_check(const struct ng_field *field, const void *value, char reason[NG_REASON_SIZE]);
+// Moves floats that are out of a field's range to its ends, for values that were computed. False, and nothing
+// may be stored, where one is no number, or the field is not of floats.
+bool ng_field_clamp(const struct ng_field *field, float *value);
 
 #endif

@@ -4,6 +4,7 @@
 #include "base/result.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -117,6 +118,21 @@ bool ng_field_check(const struct ng_field *field, const void *value, char reason
     if (field->type == NG_FIELD_QUAT && fabs(squares - 1) > 2e-3) {
         snprintf(why, NG_REASON_SIZE, "the quaternion's length is %g, not 1", sqrt(squares));
         return false;
+    }
+    return true;
+}
+
+bool ng_field_clamp(const struct ng_field *field, float *value)
+{
+    double min, max;
+    if (types[field->type].element != ELEMENT_F32)
+        return false;
+    range(field, &min, &max);
+    float low = (float)fmax(min, -(double)FLT_MAX), high = (float)fmin(max, (double)FLT_MAX);
+    for (uint32_t i = 0; i < types[field->type].count; i++) {
+        if (isnan(value[i]))
+            return false;
+        value[i] = fminf(fmaxf(value[i], low), high);
     }
     return true;
 }

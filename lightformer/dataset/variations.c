@@ -8,6 +8,7 @@
 #include "components/camera.h"
 #include "components/components.h"
 #include "components/name.h"
+#include "components/placement.h"
 #include "components/transform.h"
 #include "components/variation.h"
 #include "scene/history.h"
@@ -249,6 +250,14 @@ static ng_result check_camera(const struct lf_variations *self, const struct ite
             return REFUSE(self, item, NG_ERROR_FORMAT,
                           "camera \"%s\" hangs on \"%s\", which has a transform; take it off",
                           name_of(self, item->v.target), name_of(self, e));
+    for (int i = 0; i < 3; i++)
+        for (int end = 0; end < 2; end++) {
+            float x = (end ? item->v.max : item->v.min)[i];
+            if (!(fabsf(x) <= NG_PLACEMENT_MAX))
+                return REFUSE(self, item, NG_ERROR_FORMAT,
+                              "the box of eyes reaches to %g, and %g is the most", (double)x,
+                              (double)NG_PLACEMENT_MAX);
+        }
     NG_TRY(check_box(self, item, item->v.min, item->v.max, 3, "box of eyes"));
     return check_box(self, item, item->v.look_min, item->v.look_max, 3, "box to look at");
 }

@@ -117,6 +117,33 @@ static void test_only_what_differs_is_written(void **state)
     close_scene(&s);
 }
 
+// Splines overshoot: what a field cannot hold stays outside of it.
+static void test_values_keep_to_the_field(void **state)
+{
+    (void)state;
+    struct scene s;
+    float fov[6] = {0, 1, 40, 40, 1, 0}, wild[6] = {0, 1, NAN, INFINITY, 1, 0}; // in, value, out
+    open_scene(&s);
+    OK(ng_world_add(s.world, s.target, NG_CAMERA, NULL));
+    const struct ng_camera *camera = ng_world_get(s.world, s.target, NG_CAMERA);
+    s.channels[0] = (struct ng_channel){.target = s.target,
+                                        .component = NG_CAMERA,
+                                        .field_offset = offsetof(struct ng_camera, fov_y),
+                                        .width = 1,
+                                        .interpolation = NG_INTERPOLATION_CUBIC,
+                                        .key_count = 2,
+                                        .times = s.times,
+                                        .values = fov};
+    animate(&s, 0.2);
+    assert_true(camera->fov_y == 3.1f);
+    animate(&s, 1);
+    assert_true(camera->fov_y == 1);
+    s.channels[0].values = wild;
+    animate(&s, 0.5);
+    assert_true(camera->fov_y == 1); // as it was
+    close_scene(&s);
+}
+
 static void test_targets_that_are_not_there(void **state)
 {
     (void)state;
@@ -152,6 +179,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_plays_blends_and_stops),
         cmocka_unit_test(test_only_what_differs_is_written),
+        cmocka_unit_test(test_values_keep_to_the_field),
         cmocka_unit_test(test_targets_that_are_not_there),
         cmocka_unit_test(test_as_a_system),
     };

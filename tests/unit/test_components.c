@@ -195,6 +195,31 @@ static void undo_moves_placements_back(void **state)
     placed(world, b, 2, 0, 0);
 }
 
+static void places_are_within_a_range(void **state)
+{
+    struct ng_world *world = *state;
+    const float wrong[] = {1e18f, -3e38f, INFINITY, -INFINITY, NAN};
+    ng_entity a = at(world, none, 0, 0, 0), b = at(world, a, 1, 0, 0), c = at(world, b, 1, 0, 0);
+    ng_entity still = at(world, none, 1, 2, 3);
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++)
+        for (size_t k = 0; k < sizeof(struct ng_transform) / sizeof(float); k++) {
+            const struct ng_transform before =
+                *(const struct ng_transform *)ng_world_get(world, a, NG_TRANSFORM);
+            const ng_entity all[3] = {a, b, c};
+            for (int e = 0; e < 3; e++)
+                ((float *)ng_world_edit(world, all[e], NG_TRANSFORM))[k] = wrong[i];
+            run(world);
+            for (int e = 0; e < 3; e++) {
+                const struct ng_placement *p = ng_world_get(world, all[e], NG_PLACEMENT);
+                for (int m = 0; m < 16; m++)
+                    assert_true(fabsf(p->matrix[m]) <= NG_PLACEMENT_MAX); // not of NaN
+                assert_true(p->matrix[3] == 0 && p->matrix[15] == 1);
+                memcpy(ng_world_edit(world, all[e], NG_TRANSFORM), &before, sizeof before);
+            }
+        }
+    placed(world, still, 1, 2, 3);
+}
+
 static void incremental_equals_anew(void **state)
 {
     struct ng_world *world = *state;
@@ -248,7 +273,8 @@ int main(void)
         TEST(ids_are_the_names),           TEST(tables_cover_their_structs),
         TEST(defaults_are_valid),          TEST(local_is_translate_rotate_scale),
         TEST(only_what_moved_gets_a_tick), TEST(the_hierarchy_moves_placements),
-        TEST(undo_moves_placements_back),  TEST(incremental_equals_anew),
+        TEST(undo_moves_placements_back),  TEST(places_are_within_a_range),
+        TEST(incremental_equals_anew),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

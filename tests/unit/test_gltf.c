@@ -82,6 +82,37 @@ static struct loaded everything(void)
     return l;
 }
 
+// Loads a file of which one part is out of range: one warning, which names the file and the part.
+static struct loaded load_warned(const char *path, const char *part)
+{
+    struct loaded l;
+    struct test_log log;
+    test_log_begin(&log);
+    assert_int_equal(load(&l, path), NG_OK);
+    test_log_end(&log);
+    assert_int_equal(log.warnings, 1);
+    assert_int_equal(log.errors, 0);
+    assert_non_null(strstr(log.text, path));
+    if (!strstr(log.text, part))
+        fail_msg("\"%s\" is not in \"%s\"", part, log.text);
+    return l;
+}
+
+static void test_numbers_out_of_range_are_moved(void **state)
+{
+    NG_UNUSED(state);
+    struct loaded l = load_warned("tests/files/good/huge_translation.gltf", "node 0: translation");
+    const struct ng_scene_scale *scale = ng_world_get(l.world, l.scene.root, NG_SCENE_SCALE);
+    assert_float_equal(scale->radius, 1, 0); // of a scene in which nothing can be seen
+    finish(&l);
+    l = load_warned("tests/files/good/far.gltf", "node 1: its place");
+    scale = ng_world_get(l.world, l.scene.root, NG_SCENE_SCALE);
+    assert_true(scale->radius < 1); // of the triangle that is near
+    finish(&l);
+    l = load_warned("tests/files/good/animation_value_range.gltf", "key 1 of base_color");
+    finish(&l);
+}
+
 static void test_hierarchy(void **state)
 {
     NG_UNUSED(state);
@@ -395,6 +426,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_triangle),
+        cmocka_unit_test(test_numbers_out_of_range_are_moved),
         cmocka_unit_test(test_hierarchy),
         cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_materials),
