@@ -13,10 +13,13 @@ uint64_t ng_clock_cpu_ns(void);
 uint32_t ng_system_processors(void);
 // Largest resident set of this process so far, in bytes.
 uint64_t ng_system_peak_memory(void);
-// Bytes that this process may still take: what the system has available, within the process's own limits.
-// Systems promise more than they have, and end a process that takes them at their word; so ask before very
-// large allocations. UINT64_MAX where it is not known.
+// Bytes that this process may still take: what the system has available, within the limits of the process and
+// of the control groups that it is in (containers, services). Systems promise more than they have, and end a
+// process that takes them at their word; so ask before very large allocations. UINT64_MAX where it is not
+// known.
 uint64_t ng_system_available_memory(void);
+// The same of a system whose /proc and /sys are found below `root`, for tests.
+uint64_t ng_system_available_memory_below(const char *root);
 // True if standard error is a terminal (progress bars).
 bool ng_system_stderr_is_terminal(void);
 

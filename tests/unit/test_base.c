@@ -3,11 +3,13 @@
 
 #include "base/arena.h"
 #include "base/array.h"
+#include "base/file.h"
 #include "base/half.h"
 #include "base/jobs.h"
 #include "base/log.h"
 #include "base/pool.h"
 #include "base/rng.h"
+#include "base/system.h"
 
 #include <float.h>
 #include <math.h>
@@ -107,6 +109,56 @@ static void jobs_run_each_item_once(void **state)
     }
 }
 
+// Writes a file of a made-up system below the scratch directory.
+static void put_file(const char *root, const char *path, const char *text)
+{
+    char full[1024];
+    snprintf(full, sizeof full, "%s%s", root, path);
+    for (char *slash = full + strlen(root) + 1; (slash = strchr(slash, '/')); slash++) {
+        *slash = 0;
+        assert_int_equal(ng_file_make_directory(full), NG_OK);
+        *slash = '/';
+    }
+    assert_int_equal(ng_file_write(full, text, strlen(text)), NG_OK);
+}
+
+static void memory_is_what_every_limit_leaves(void **state)
+{
+    (void)state;
+    char root[512];
+    test_path(root, sizeof root, "system");
+    assert_int_equal(ng_file_make_directory(root), NG_OK);
+    assert_true(ng_system_available_memory() > 0);
+    // Nothing is left of an earlier run.
+    put_file(root, "/proc/self/cgroup", "");
+    put_file(root, "/sys/fs/cgroup/service/memory.stat", "");
+    put_file(root, "/sys/fs/cgroup/service/memory.high", "max\n");
+    put_file(root, "/sys/fs/cgroup/memory/memory.limit_in_bytes", "");
+    put_file(root, "/proc/meminfo", "MemTotal: 9000 kB\nMemAvailable: 8000 kB\n");
+    assert_true(ng_system_available_memory_below(root) == 8000 * 1024);
+    // Version 2: its own group has no limit, the one around it has two.
+    put_file(root, "/proc/self/cgroup", "0::/service/worker\n");
+    put_file(root, "/sys/fs/cgroup/service/worker/memory.max", "max\n");
+    put_file(root, "/sys/fs/cgroup/service/worker/memory.current", "1000\n");
+    put_file(root, "/sys/fs/cgroup/service/memory.max", "700000\n");
+    put_file(root, "/sys/fs/cgroup/service/memory.current", "300000\n");
+    assert_true(ng_system_available_memory_below(root) == 400000);
+    put_file(root, "/sys/fs/cgroup/service/memory.stat", "anon 1\ninactive_file 50000\n");
+    assert_true(ng_system_available_memory_below(root) == 450000);
+    put_file(root, "/sys/fs/cgroup/service/memory.high", "260000\n");
+    assert_true(ng_system_available_memory_below(root) == 10000);
+    put_file(root, "/sys/fs/cgroup/service/memory.high", "200000\n");
+    assert_true(ng_system_available_memory_below(root) == 0);
+    // Version 1, in a container that sees its own group as the root.
+    put_file(root, "/proc/self/cgroup", "5:cpu:/x\n4:memory:/docker/12ab\n0::/\n");
+    assert_true(ng_system_available_memory_below(root) == 8000 * 1024);
+    put_file(root, "/sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n");
+    put_file(root, "/sys/fs/cgroup/memory/memory.usage_in_bytes", "600000\n");
+    assert_true(ng_system_available_memory_below(root) == 8000 * 1024);
+    put_file(root, "/sys/fs/cgroup/memory/memory.limit_in_bytes", "900000\n");
+    assert_true(ng_system_available_memory_below(root) == 300000);
+}
+
 static void rng_is_fixed_and_uniform(void **state)
 {
     NG_UNUSED(state);
@@ -172,7 +224,7 @@ int main(void)
         cmocka_unit_test(arena_reuses_its_blocks),    cmocka_unit_test(out_of_memory_is_one_line),
         cmocka_unit_test(pool_finds_stale_handles),   cmocka_unit_test(jobs_run_each_item_once),
         cmocka_unit_test(rng_is_fixed_and_uniform),   cmocka_unit_test(halfs_are_exact),
-        cmocka_unit_test(halfs_round_to_the_nearest),
+        cmocka_unit_test(halfs_round_to_the_nearest), cmocka_unit_test(memory_is_what_every_limit_leaves),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
