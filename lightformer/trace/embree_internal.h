@@ -10,18 +10,31 @@
 
 #define LF_MAX_BOXES 8
 
+// A geometry of triangles.
+struct lf_triangles {
+    RTCGeometry geometry;
+    float *vertices;         // Embree's
+    const uint32_t *indices; // the mesh's, while Embree uses them
+    uint32_t *own_indices;   // Embree's instead, once a triangle had to be left out
+};
+
+// A mesh that several instances show, where it is not flattened (sharing.c).
+struct lf_shared {
+    RTCScene scene; // null: no such mesh
+    struct lf_triangles triangles;
+    bool masked; // for some instance
+};
+
 // One instance. Stays where it is while Embree knows it.
 struct lf_slot {
-    struct lf_tracer *tracer;
     RTCGeometry geometry;
     uint32_t instance;
     struct lf_instance seen; // by rays
     ng_entity entity;
     uint64_t mesh_key, mesh_revision, version;
     float matrix[12];
-    float *vertices;         // Embree's, world space
-    const uint32_t *indices; // the mesh's, while Embree uses them
-    uint32_t *own_indices;   // Embree's instead, once a triangle had to be left out
+    struct lf_triangles triangles; // flattened into world space; `geometry` is theirs
+    struct lf_shared *shared;      // or placed by Embree; null: not
 };
 
 // Around an emitter.
@@ -37,6 +50,9 @@ struct lf_tracer {
     bool others_shine;  // some surface has emission without being a light's
     struct lf_slot *slots;
     uint32_t slot_count;
+    struct lf_shared *shared; // beside the snapshot's meshes; null: none is
+    uint32_t shared_count;
+    uint64_t memory_limit, most_bytes, bytes; // asked for, of this build, and taken by Embree
     const struct ng_snapshot *snapshot;
     struct lf_srgb srgb;
     struct lf_tracer_stats stats;
@@ -49,16 +65,38 @@ static inline float lf_within_reach(float x)
     return lf_min(lf_max(x, -LF_TRACE_FARTHEST), LF_TRACE_FARTHEST);
 }
 
+// ---- triangles.c -----------------------------------------------------------------------------------------
+// Writes a mesh, moved by a matrix (null: not), for a geometry that the caller commits.
+NG_NODISCARD ng_result lf_triangles_make(RTCDevice device, const float matrix[12],
+                                         const struct ng_snapshot_mesh *mesh, struct lf_triangles *out);
+// The same mesh elsewhere or in another form. `*built`: its structure cannot be refitted.
+NG_NODISCARD ng_result lf_triangles_move(struct lf_triangles *triangles, const float matrix[12],
+                                         const struct ng_snapshot_mesh *mesh, bool *built);
+void lf_triangles_mask(struct lf_triangles *triangles, bool masked);
+
+// ---- sharing.c -------------------------------------------------------------------------------------------
+// Decides for a new build which meshes instances share, and makes them. Error, logged: NG_ERROR_MEMORY.
+NG_NODISCARD ng_result lf_sharing_choose(struct lf_tracer *tracer, const struct ng_snapshot *snapshot);
+void lf_sharing_forget(struct lf_tracer *tracer);
+// Whether an instance's mesh may be one of them.
+bool lf_may_share(const struct ng_snapshot *snapshot, uint32_t instance);
+// Makes a slot's geometry an instance of a mesh; the caller commits it.
+NG_NODISCARD ng_result lf_sharing_attach(struct lf_tracer *tracer, struct lf_shared *shared,
+                                         struct lf_slot *slot);
+// Follows the slot's matrix and mask.
+void lf_sharing_place(struct lf_slot *slot);
+
 // ---- shape.c ---------------------------------------------------------------------------------------------
 // Unit normal of a disk or sphere at a place of it; moves the place exactly onto a sphere.
 void lf_shape_normal(const struct lf_slot *slot, float position[3], float normal[3]);
-// Gives a new geometry of Embree's kind "user", whose user data is a slot, the slot's shape.
-void lf_shape_set(RTCGeometry geometry);
+// Gives a new geometry of Embree's kind "user" a slot's shape.
+void lf_shape_set(RTCGeometry geometry, struct lf_slot *slot);
 
 // ---- meeting.c -------------------------------------------------------------------------------------------
 // What a ray looks for; Embree hands the context to every callback.
 struct lf_query {
     struct RTCIntersectContext context;
+    const struct lf_tracer *tracer;
     enum lf_ray_kind kind;
     uint32_t passes;   // a place of lights whose emitters are not there; NG_NONE: none
     lf_trace_fn visit; // every meeting is visited, none ends the ray
@@ -68,13 +106,27 @@ struct lf_query {
 // Whether the query takes this meeting as its hit.
 bool lf_accepts(const struct lf_query *query, const struct lf_slot *slot, const struct RTCRay *ray,
                 const struct RTCHit *hit);
-// Filters for Embree: of a query, and of the alpha mask of the geometry's slot.
+// Filters for Embree: of a query, and of alpha masks.
 void lf_filter_query(const struct RTCFilterFunctionNArguments *arguments);
 void lf_filter_mask(const struct RTCFilterFunctionNArguments *arguments);
 
-// Unit normal of the front. Embree's normal of a triangle follows the order of its vertices.
+// Whose geometry was met.
+static inline const struct lf_slot *lf_slot_met(const struct lf_tracer *t, const struct RTCHit *h)
+{
+    return &t->slots[h->instID[0] == RTC_INVALID_GEOMETRY_ID ? h->geomID : h->instID[0]];
+}
+
+// Unit normal of the front. Embree's normal of a triangle follows the order of its vertices, in the mesh's
+// own space if it is shared.
 static inline void lf_triangle_normal(const struct lf_slot *s, const struct RTCHit *h, float normal[3])
 {
+    if (s->shared) {
+        const float own[3] = {h->Ng_x, h->Ng_y, h->Ng_z}, *to_world = s->seen.normal_matrix;
+        for (int i = 0; i < 3; i++)
+            normal[i] = lf_dot(to_world + (size_t)i * 3, own);
+        lf_normalize(normal);
+        return;
+    }
     float sign = s->seen.flags & NG_INSTANCE_MIRRORED ? -1.0f : 1.0f;
     normal[0] = sign * h->Ng_x;
     normal[1] = sign * h->Ng_y;

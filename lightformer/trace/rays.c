@@ -31,9 +31,11 @@ static void aim(const struct lf_ray *ray, struct RTCRay *out)
     out->flags = 0;
 }
 
-static void begin_query(enum lf_ray_kind kind, lf_trace_fn visit, void *user, struct lf_query *out)
+static void begin_query(const struct lf_tracer *t, enum lf_ray_kind kind, lf_trace_fn visit, void *user,
+                        struct lf_query *out)
 {
     rtcInitIntersectContext(&out->context);
+    out->tracer = t;
     out->kind = kind;
     out->passes = NG_NONE;
     out->visit = visit;
@@ -45,7 +47,7 @@ static void begin_query(enum lf_ray_kind kind, lf_trace_fn visit, void *user, st
 // Of LF_RAY_ALL. `light`: whose emitter is passed, or NG_NONE.
 static void begin_passing(const struct lf_tracer *t, uint32_t light, struct lf_query *out)
 {
-    begin_query(LF_RAY_ALL, NULL, NULL, out);
+    begin_query(t, LF_RAY_ALL, NULL, NULL, out);
     if (light == NG_NONE)
         return;
     out->passes = t->snapshot->lights[light].place;
@@ -68,10 +70,10 @@ bool lf_trace_closest(const struct lf_tracer *t, const struct lf_ray *ray, enum 
 {
     struct lf_query q;
     struct RTCRayHit rayhit;
-    begin_query(kind, NULL, NULL, &q);
+    begin_query(t, kind, NULL, NULL, &q);
     if (!intersect(t->scene, ray, &q, &rayhit))
         return false;
-    lf_describe(&t->slots[rayhit.hit.geomID], &rayhit.ray, &rayhit.hit, out);
+    lf_describe(lf_slot_met(t, &rayhit.hit), &rayhit.ray, &rayhit.hit, out);
     return true;
 }
 
@@ -104,7 +106,7 @@ static void aim_side_by_side(const struct lf_tracer *t, const struct lf_packet *
         const float direction[3] = {p->direction[0][i], p->direction[1][i], p->direction[2][i]};
         valid[i] = -(int)(is_ray(origin, direction, 0, p->far[i]) & (p->far[i] > 0));
         out->ray.mask[i] = UINT32_MAX;
-        out->hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        out->hit.geomID[i] = out->hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
     memcpy(&out->ray.org_x, p->origin[0], sizeof p->origin[0]);
     memcpy(&out->ray.org_y, p->origin[1], sizeof p->origin[1]);
@@ -139,7 +141,7 @@ void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_h
         if (p->met[i] && hits) {
             struct RTCRay ray = lf_ray_of(&r.ray, LF_PACKET, i);
             struct RTCHit hit = lf_hit_of(&r.hit, LF_PACKET, i);
-            lf_describe(&t->slots[hit.geomID], &ray, &hit, &hits[i]);
+            lf_describe(lf_slot_met(t, &hit), &ray, &hit, &hits[i]);
         }
     }
 }
@@ -171,7 +173,7 @@ void lf_trace_closest_many(const struct lf_tracer *t, const struct lf_ray *rays,
     struct lf_query q;
     struct RTCRayHit16 r;
     _Alignas(64) int valid[LF_PACKET];
-    begin_query(LF_RAY_ALL, NULL, NULL, &q);
+    begin_query(t, LF_RAY_ALL, NULL, NULL, &q);
     for (uint32_t begin = 0; begin < count; begin += LF_PACKET) {
         uint32_t lanes = count - begin < LF_PACKET ? count - begin : LF_PACKET;
         aim_packet(rays + begin, lanes, valid, &r.ray);
@@ -184,7 +186,7 @@ void lf_trace_closest_many(const struct lf_tracer *t, const struct lf_ray *rays,
                 continue;
             struct RTCRay ray = lf_ray_of(&r.ray, LF_PACKET, i);
             struct RTCHit hit = lf_hit_of(&r.hit, LF_PACKET, i);
-            lf_describe(&t->slots[hit.geomID], &ray, &hit, &hits[begin + i]);
+            lf_describe(lf_slot_met(t, &hit), &ray, &hit, &hits[begin + i]);
         }
     }
 }
@@ -194,7 +196,7 @@ void lf_trace_occluded_many(const struct lf_tracer *t, const struct lf_ray *rays
     struct lf_query q;
     struct RTCRay16 r;
     _Alignas(64) int valid[LF_PACKET];
-    begin_query(LF_RAY_ALL, NULL, NULL, &q);
+    begin_query(t, LF_RAY_ALL, NULL, NULL, &q);
     for (uint32_t begin = 0; begin < count; begin += LF_PACKET) {
         uint32_t lanes = count - begin < LF_PACKET ? count - begin : LF_PACKET;
         aim_packet(rays + begin, lanes, valid, &r);
@@ -236,7 +238,7 @@ bool lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_t
         return false;
     struct lf_query q;
     struct RTCRayHit rayhit;
-    begin_query(LF_RAY_ALL, visit, user, &q);
+    begin_query(t, LF_RAY_ALL, visit, user, &q);
     intersect(t->emitters, ray, &q, &rayhit);
     return true;
 }
@@ -260,7 +262,7 @@ uint32_t lf_trace_bare(const struct lf_tracer *t, const struct lf_ray *rays, uin
     for (uint32_t i = 0; i < count; i++) {
         struct lf_query q;
         struct RTCRayHit rayhit;
-        begin_query(LF_RAY_ALL, NULL, NULL, &q);
+        begin_query(t, LF_RAY_ALL, NULL, NULL, &q);
         met += intersect(t->scene, &rays[i], &q, &rayhit);
     }
     return met;

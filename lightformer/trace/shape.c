@@ -54,7 +54,7 @@ static void shape_bounds(const struct RTCBoundsFunctionArguments *a)
         high[i] = lf_within_reach(m[3] + reach);
         empty &= !(low[i] < high[i]);
     }
-    if (empty) { // see is_point in tracer.c
+    if (empty) { // see is_point in triangles.c
         *a->bounds_o = (struct RTCBounds){.lower_x = INFINITY, .upper_x = -INFINITY};
         return;
     }
@@ -153,8 +153,9 @@ static void shape_occluded(const struct RTCOccludedFunctionNArguments *a)
     }
 }
 
-void lf_shape_set(RTCGeometry geometry)
+void lf_shape_set(RTCGeometry geometry, struct lf_slot *slot)
 {
+    rtcSetGeometryUserData(geometry, slot);
     rtcSetGeometryUserPrimitiveCount(geometry, 1);
     rtcSetGeometryBoundsFunction(geometry, (RTCBoundsFunction)shape_bounds, NULL);
     rtcSetGeometryIntersectFunction(geometry, shape_intersect);

@@ -1,5 +1,6 @@
-// One Embree scene of all instances, flattened into world space, and a second one that holds the emitters
-// alone. A slot per instance remembers what it was built from, so that an update touches what differs.
+// One Embree scene of all instances, flattened into world space where memory allows it (sharing.c), and a
+// second one that holds the emitters alone. A slot per instance remembers what it was built from, so that an
+// update touches what differs.
 //
 // The scene has two levels: a structure per instance, and a small one over them. So what moves is refitted
 // alone (README.md has the figures).
@@ -23,6 +24,11 @@ struct lf_tracer_stats lf_tracer_stats_of(const struct lf_tracer *tracer)
     return tracer->stats;
 }
 
+void lf_tracer_limit_memory(struct lf_tracer *tracer, uint64_t bytes)
+{
+    tracer->memory_limit = bytes;
+}
+
 const struct lf_instance *lf_tracer_instance(const struct lf_tracer *tracer, uint32_t instance)
 {
     return &tracer->slots[instance].seen;
@@ -42,9 +48,22 @@ static void report_device(void *user, enum RTCError code, const char *text)
         return;
     t->failed = true;
     if (code == RTC_ERROR_OUT_OF_MEMORY)
-        (void)ng_out_of_memory("ray tracing");
+        ng_log_error(
+            "ray tracing: out of memory at %.1f GiB; show fewer or simpler meshes, or end other programs",
+            (double)t->bytes / (1 << 30));
     else
         ng_log_error("ray tracing: Embree reports error %d: %s", (int)code, text ? text : "no reason given");
+}
+
+// Embree asks before it takes memory, and tells when it gives some back. What it may not have is an error.
+static bool count_memory(void *user, ssize_t bytes, bool done)
+{
+    struct lf_tracer *t = user;
+    if (bytes > 0 && !done &&
+        (uint64_t)bytes > t->most_bytes - (t->bytes < t->most_bytes ? t->bytes : t->most_bytes))
+        return false;
+    t->bytes += (uint64_t)bytes;
+    return true;
 }
 
 static void free_scene(struct lf_tracer *t)
@@ -56,6 +75,7 @@ static void free_scene(struct lf_tracer *t)
     for (uint32_t i = 0; i < t->slot_count; i++)
         if (t->slots[i].geometry)
             rtcReleaseGeometry(t->slots[i].geometry);
+    lf_sharing_forget(t);
     free(t->slots);
     t->scene = t->emitters = NULL;
     t->slots = NULL;
@@ -76,6 +96,8 @@ ng_result lf_tracer_create(struct lf_tracer **out)
         return NG_ERROR_MEMORY;
     }
     rtcSetDeviceErrorFunction(t->device, report_device, t);
+    rtcSetDeviceMemoryMonitorFunction(t->device, count_memory, t);
+    t->most_bytes = UINT64_MAX;
     lf_srgb_make(&t->srgb);
     return NG_OK;
 }
@@ -105,16 +127,6 @@ static enum lf_shape shape_of(const struct ng_snapshot *snapshot, const struct n
                                                   : LF_SHAPE_TRIANGLES;
 }
 
-static void write_vertices(struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
-{
-    for (size_t i = 0; i < mesh->vertex_count; i++) {
-        float *out = s->vertices + i * 3;
-        lf_transform_point(s->matrix, mesh->positions + i * 3, out);
-        for (int k = 0; k < 3; k++)
-            out[k] = lf_within_reach(out[k]);
-    }
-}
-
 // Reads what an instance is now; true if its place or form is another.
 static bool read_instance(struct lf_slot *s, const struct ng_snapshot *snapshot)
 {
@@ -129,97 +141,31 @@ static bool read_instance(struct lf_slot *s, const struct ng_snapshot *snapshot)
     return moved;
 }
 
-// Triangles whose vertices are all in one place, as a scale of zero leaves them, have nothing to meet. Where
-// two geometries had some in the same place, Embree would fail an assertion of its upper level.
-static bool is_point(const float *vertices, const uint32_t index[3])
-{
-    const float *a = vertices + (size_t)index[0] * 3, *b = vertices + (size_t)index[1] * 3,
-                *c = vertices + (size_t)index[2] * 3;
-    bool same = true;
-    for (int k = 0; k < 3 && same; k++)
-        same = a[k] >= b[k] && a[k] <= b[k] && a[k] >= c[k] && a[k] <= c[k];
-    return same;
-}
-
-static bool has_points(const struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
-{
-    for (size_t i = 0; i + 2 < mesh->index_count; i += 3)
-        if (is_point(s->vertices, mesh->indices + i))
-            return true;
-    return false;
-}
-
-// Embree builds without a triangle whose indices are no vertices. True where it is to leave out others than
-// before, and so has to build anew.
-static bool leave_out_points(struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
-{
-    static const uint32_t none[3] = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
-    bool changed = false;
-    for (size_t i = 0; i + 2 < mesh->index_count; i += 3) {
-        const uint32_t *now = is_point(s->vertices, mesh->indices + i) ? none : mesh->indices + i;
-        changed |= s->own_indices[i] != now[0];
-        memcpy(s->own_indices + i, now, sizeof none);
-    }
-    return changed;
-}
-
-// The mesh's own indices, as long as they are all of triangles. `*changed` as above.
-static ng_result set_indices(struct lf_slot *s, const struct ng_snapshot_mesh *mesh, bool *changed)
-{
-    const size_t count = mesh->index_count / 3, stride = 3 * sizeof(uint32_t);
-    *changed = false;
-    if (!s->own_indices && !has_points(s, mesh)) {
-        if (s->indices != mesh->indices)
-            rtcSetSharedGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->indices,
-                                       0, stride, count);
-        s->indices = mesh->indices;
-        return NG_OK;
-    }
-    if (!s->own_indices) {
-        s->own_indices =
-            rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, stride, count);
-        if (!s->own_indices)
-            return NG_ERROR_MEMORY;
-        memcpy(s->own_indices, mesh->indices, count * stride);
-    }
-    *changed = leave_out_points(s, mesh);
-    return NG_OK;
-}
-
-static ng_result make_triangles(struct lf_tracer *t, struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
-{
-    bool changed;
-    s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    s->vertices = rtcSetNewGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                          3 * sizeof(float), mesh->vertex_count ? mesh->vertex_count : 1);
-    if (!s->vertices)
-        return NG_ERROR_MEMORY;
-    write_vertices(s, mesh);
-    t->stats.triangles += mesh->index_count / 3;
-    return set_indices(s, mesh, &changed);
-}
-
-static ng_result move_triangles(struct lf_tracer *t, struct lf_slot *s, const struct ng_snapshot_mesh *mesh)
-{
-    bool changed;
-    write_vertices(s, mesh);
-    NG_TRY(set_indices(s, mesh, &changed));
-    rtcSetGeometryBuildQuality(s->geometry, RTC_BUILD_QUALITY_REFIT);
-    rtcUpdateGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
-    if (changed) // then Embree builds
-        rtcUpdateGeometryBuffer(s->geometry, RTC_BUFFER_TYPE_INDEX, 0);
-    t->stats.built += changed;
-    return NG_OK;
-}
-
 static void commit_geometry(struct lf_slot *s)
 {
-    if (s->seen.shape == LF_SHAPE_TRIANGLES) {
-        bool masked = s->seen.flags & NG_INSTANCE_MASKED;
-        rtcSetGeometryIntersectFilterFunction(s->geometry, masked ? lf_filter_mask : NULL);
-        rtcSetGeometryOccludedFilterFunction(s->geometry, masked ? lf_filter_mask : NULL);
-    }
+    if (s->shared)
+        lf_sharing_place(s);
+    else if (s->seen.shape == LF_SHAPE_TRIANGLES)
+        lf_triangles_mask(&s->triangles, s->seen.flags & NG_INSTANCE_MASKED);
     rtcCommitGeometry(s->geometry);
+}
+
+static ng_result make_geometry(struct lf_tracer *t, const struct ng_snapshot *snapshot, struct lf_slot *s)
+{
+    uint32_t mesh = snapshot->instances[s->instance].mesh;
+    if (s->seen.shape != LF_SHAPE_TRIANGLES) {
+        s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_USER);
+        lf_shape_set(s->geometry, s);
+        return NG_OK;
+    }
+    t->stats.triangles += snapshot->meshes[mesh].index_count / 3;
+    if (t->shared && t->shared[mesh].scene && lf_may_share(snapshot, s->instance)) {
+        t->stats.shared++;
+        return lf_sharing_attach(t, &t->shared[mesh], s);
+    }
+    ng_result r = lf_triangles_make(t->device, s->matrix, &snapshot->meshes[mesh], &s->triangles);
+    s->geometry = s->triangles.geometry;
+    return r;
 }
 
 static ng_result make_slot(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t index)
@@ -227,20 +173,13 @@ static ng_result make_slot(struct lf_tracer *t, const struct ng_snapshot *snapsh
     struct lf_slot *s = &t->slots[index];
     const struct ng_snapshot_instance *instance = &snapshot->instances[index];
     const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
-    *s = (struct lf_slot){.tracer = t,
-                          .instance = index,
+    *s = (struct lf_slot){.instance = index,
                           .seen.shape = shape_of(snapshot, instance),
                           .entity = instance->entity,
                           .mesh_key = mesh->key};
     lf_instance_read(snapshot, index, &s->seen);
     read_instance(s, snapshot);
-    if (s->seen.shape == LF_SHAPE_TRIANGLES) {
-        NG_TRY(make_triangles(t, s, mesh));
-    } else {
-        s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_USER);
-        lf_shape_set(s->geometry);
-    }
-    rtcSetGeometryUserData(s->geometry, s);
+    NG_TRY(make_geometry(t, snapshot, s));
     commit_geometry(s);
     rtcAttachGeometryByID(t->scene, s->geometry, index);
     if (instance->light != NG_NONE)
@@ -251,7 +190,8 @@ static ng_result make_slot(struct lf_tracer *t, const struct ng_snapshot *snapsh
 static ng_result build(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
     free_scene(t);
-    t->stats.triangles = 0;
+    t->stats.triangles = t->stats.shared = 0;
+    NG_TRY(lf_sharing_choose(t, snapshot));
     t->slots = calloc(snapshot->instance_count ? snapshot->instance_count : 1, sizeof *t->slots);
     if (!t->slots)
         return ng_out_of_memory("ray tracing");
@@ -281,6 +221,7 @@ static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *
         if (!ng_entity_same(s->entity, instance->entity) ||
             s->mesh_key != snapshot->meshes[instance->mesh].key ||
             s->seen.shape != shape_of(snapshot, instance) ||
+            (s->shared && s->version != instance->version && !lf_may_share(snapshot, i)) ||
             (s->seen.light == NG_NONE) != (instance->light == NG_NONE))
             return false;
     }
@@ -299,8 +240,11 @@ static ng_result follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
         if (!moved && ((before ^ s->seen.flags) & NG_INSTANCE_MASKED) == 0)
             continue; // it reflects in another way
         t->stats.updated++;
-        if (s->seen.shape == LF_SHAPE_TRIANGLES)
-            NG_TRY(move_triangles(t, s, &snapshot->meshes[snapshot->instances[i].mesh]));
+        bool built = false;
+        if (s->triangles.geometry)
+            NG_TRY(lf_triangles_move(&s->triangles, s->matrix, &snapshot->meshes[snapshot->instances[i].mesh],
+                                     &built));
+        t->stats.built += built;
         commit_geometry(s);
     }
     return NG_OK;
@@ -350,6 +294,7 @@ ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapsh
     if (result != NG_OK)
         free_scene(t);
     t->stats.instances = t->slot_count;
+    t->stats.bytes = t->bytes;
     t->stats.update_ms = (double)(ng_clock_ns() - begin) * 1e-6;
     return result;
 }

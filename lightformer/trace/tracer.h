@@ -5,9 +5,9 @@
 //     NG_TRY(lf_tracer_update(tracer, snapshot));     // again for every frame: only what moved is touched
 //     if (lf_trace_closest(tracer, &ray, LF_RAY_ALL, &hit)) ...
 //
-// Triangles are kept in world space. The surfaces of sphere and disk lights are exact spheres and ellipses
-// here, not the triangles of the snapshot, so that a ray meets exactly the points that the light's sampling
-// (light/light.h) chooses from. Alpha masks let rays through.
+// Triangles are kept in world space, as long as there is memory for that. The surfaces of sphere and disk
+// lights are exact spheres and ellipses here, not the triangles of the snapshot, so that a ray meets exactly
+// the points that the light's sampling (light/light.h) chooses from. Alpha masks let rays through.
 //
 // Sides (engine/README.md, "Radiometry"): every surface blocks light from both sides. A camera ray
 // (LF_RAY_CAMERA) passes through the backs of one-sided surfaces, as the G-buffer does, so that a camera
@@ -32,15 +32,21 @@ struct lf_tracer_stats {
     uint32_t instances; // in the scene
     uint32_t updated;   // whose vertices or shape were written by the last update
     uint32_t built;     // whose acceleration structure was built anew rather than refitted
-    uint64_t triangles;
-    double update_ms; // of the last update
+    uint32_t shared;    // that are placed copies of a mesh which they share
+    uint64_t triangles; // of all instances
+    uint64_t bytes;     // that Embree holds
+    double update_ms;   // of the last update
 };
 
 NG_NODISCARD ng_result lf_tracer_create(struct lf_tracer **out);
 void lf_tracer_destroy(struct lf_tracer **tracer);
+// Bytes that scenes may take from the next build on; 0, the default: what the system has left then. Of a
+// scene that would take more than half of it flattened, meshes that instances share are kept once: slower,
+// and equal but for rounding, 1e-5 of a hit's distance.
+void lf_tracer_limit_memory(struct lf_tracer *tracer, uint64_t bytes);
 
 // Follows a snapshot. What has the same entity, mesh and version as before is left alone; what moved or
-// deformed is refitted; where instances come or go everything is built again. Errors, logged:
+// deformed is refitted; where instances come or go everything is built again. Errors, logged with the size:
 // NG_ERROR_MEMORY; the tracer is then empty.
 NG_NODISCARD ng_result lf_tracer_update(struct lf_tracer *tracer, const struct ng_snapshot *snapshot);
 const struct ng_snapshot *lf_tracer_snapshot(const struct lf_tracer *tracer); // borrowed; null before

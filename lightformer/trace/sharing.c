@@ -1,0 +1,166 @@
+// Meshes that instances share, where memory is too short for copies of them: each has a scene of its own, in
+// its own space, which Embree's instances place in the tracer's.
+//
+// A flattened scene is traced faster, and has the positions that the rasterizer interpolates: so it is the
+// rule, as long as it takes no more than a part of the memory that there is.
+#include "base/log.h"
+#include "base/system.h"
+#include "lightformer/trace/embree_internal.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+
+#define GIB                (1024.0 * 1024.0 * 1024.0)
+#define BYTES_A_TRIANGLE 130 // of Embree's structures; their most while they are built
+#define BYTES_AN_INSTANCE 1024
+#define PART_FOR_FLATTENED 2 // a half
+
+// An instance turns rays into its mesh's space. Beyond these the turned ray may be none (LF_TRACE_FARTHEST),
+// or Embree's inverse of the matrix be far off.
+#define LEAST_STRETCH 1e-5
+#define MOST_STRETCH  1e5
+#define LEAST_VOLUME  0.1 // of the matrix's columns, of unit length
+
+static bool keeps_rays(const float m[12])
+{
+    double c[3][3], length[3];
+    for (int k = 0; k < 3; k++) {
+        for (int i = 0; i < 3; i++)
+            c[k][i] = (double)m[i * 4 + k];
+        length[k] = sqrt(c[k][0] * c[k][0] + c[k][1] * c[k][1] + c[k][2] * c[k][2]);
+        if (!(length[k] >= LEAST_STRETCH && length[k] <= MOST_STRETCH))
+            return false;
+    }
+    double volume = c[0][0] * (c[1][1] * c[2][2] - c[1][2] * c[2][1]) -
+                    c[0][1] * (c[1][0] * c[2][2] - c[1][2] * c[2][0]) +
+                    c[0][2] * (c[1][0] * c[2][1] - c[1][1] * c[2][0]);
+    return fabs(volume) >= LEAST_VOLUME * length[0] * length[1] * length[2];
+}
+
+// Whether its size is more than the steps that numbers have where it is: Embree's upper level asserts that
+// its parts are not all in one point.
+static bool has_size(const struct ng_snapshot_instance *in)
+{
+    float size = 0, far = 0;
+    for (int k = 0; k < 3; k++) {
+        size = lf_max(size, in->bounds_max[k] - in->bounds_min[k]);
+        far = lf_max(far, lf_max(fabsf(in->bounds_min[k]), fabsf(in->bounds_max[k])));
+    }
+    return far <= LF_TRACE_FARTHEST && size > 1e-5f * far;
+}
+
+bool lf_may_share(const struct ng_snapshot *snapshot, uint32_t index)
+{
+    const struct ng_snapshot_instance *in = &snapshot->instances[index];
+    const struct ng_snapshot_mesh *mesh = &snapshot->meshes[in->mesh];
+    return in->light == NG_NONE && !mesh->dynamic && mesh->index_count >= 3 && keeps_rays(in->matrix) &&
+           has_size(in);
+}
+
+static uint64_t bytes_of(const struct ng_snapshot_mesh *mesh)
+{
+    return 3 * sizeof(float) * (uint64_t)mesh->vertex_count +
+           (uint64_t)BYTES_A_TRIANGLE * (mesh->index_count / 3);
+}
+
+struct need {
+    uint64_t flattened, shared, triangles;
+};
+
+// `uses`: of each mesh, by instances that may share it.
+static struct need count_need(const struct ng_snapshot *snapshot, uint32_t *uses)
+{
+    struct need need = {0};
+    for (uint32_t i = 0; i < snapshot->instance_count; i++) {
+        const struct ng_snapshot_mesh *mesh = &snapshot->meshes[snapshot->instances[i].mesh];
+        bool first = !lf_may_share(snapshot, i) || !uses[snapshot->instances[i].mesh]++;
+        need.triangles += mesh->index_count / 3;
+        need.flattened += BYTES_AN_INSTANCE + bytes_of(mesh);
+        need.shared += BYTES_AN_INSTANCE + (first ? bytes_of(mesh) : 0);
+    }
+    return need;
+}
+
+static ng_result make_shared(struct lf_tracer *t, const struct ng_snapshot_mesh *mesh, struct lf_shared *out)
+{
+    out->scene = rtcNewScene(t->device);
+    if (!out->scene)
+        return NG_ERROR_MEMORY;
+    rtcSetSceneFlags(out->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    NG_TRY(lf_triangles_make(t->device, NULL, mesh, &out->triangles));
+    rtcCommitGeometry(out->triangles.geometry);
+    rtcAttachGeometryByID(out->scene, out->triangles.geometry, 0);
+    rtcCommitScene(out->scene);
+    return NG_OK;
+}
+
+static ng_result share(struct lf_tracer *t, const struct ng_snapshot *snapshot, const uint32_t *uses)
+{
+    t->shared = calloc(snapshot->mesh_count, sizeof *t->shared);
+    if (!t->shared)
+        return ng_out_of_memory("ray tracing");
+    t->shared_count = snapshot->mesh_count;
+    for (uint32_t i = 0; i < snapshot->mesh_count; i++)
+        if (uses[i] > 1)
+            NG_TRY(make_shared(t, &snapshot->meshes[i], &t->shared[i]));
+    return NG_OK;
+}
+
+static ng_result choose(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t *uses)
+{
+    const struct need need = count_need(snapshot, uses);
+    t->most_bytes = t->memory_limit ? t->memory_limit : ng_system_available_memory();
+    if (need.flattened <= t->most_bytes / PART_FOR_FLATTENED)
+        return NG_OK;
+    if (need.shared <= t->most_bytes)
+        return share(t, snapshot, uses);
+    ng_log_error(
+        "ray tracing: %u meshes of %" PRIu64 " triangles need %.1f GiB of memory, and there are %.1f; show "
+        "fewer or simpler ones, or end other programs",
+        snapshot->instance_count, need.triangles, (double)need.shared / GIB, (double)t->most_bytes / GIB);
+    return NG_ERROR_MEMORY;
+}
+
+ng_result lf_sharing_choose(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+{
+    uint32_t *uses = calloc(snapshot->mesh_count ? snapshot->mesh_count : 1, sizeof *uses);
+    ng_result r = uses ? choose(t, snapshot, uses) : ng_out_of_memory("ray tracing");
+    free(uses);
+    return r;
+}
+
+void lf_sharing_forget(struct lf_tracer *t)
+{
+    for (uint32_t i = 0; i < t->shared_count; i++) {
+        if (t->shared[i].triangles.geometry)
+            rtcReleaseGeometry(t->shared[i].triangles.geometry);
+        if (t->shared[i].scene)
+            rtcReleaseScene(t->shared[i].scene);
+    }
+    free(t->shared);
+    t->shared = NULL;
+    t->shared_count = 0;
+}
+
+void lf_sharing_place(struct lf_slot *s)
+{
+    rtcSetGeometryTransform(s->geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, s->matrix);
+    // Some instance's is enough: the filter asks the one that is met.
+    if (s->seen.flags & NG_INSTANCE_MASKED && !s->shared->masked) {
+        s->shared->masked = true;
+        lf_triangles_mask(&s->shared->triangles, true);
+        rtcCommitGeometry(s->shared->triangles.geometry);
+        rtcCommitScene(s->shared->scene);
+    }
+}
+
+ng_result lf_sharing_attach(struct lf_tracer *t, struct lf_shared *shared, struct lf_slot *s)
+{
+    s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    if (!s->geometry)
+        return NG_ERROR_MEMORY;
+    s->shared = shared;
+    rtcSetGeometryInstancedScene(s->geometry, shared->scene);
+    lf_sharing_place(s);
+    return NG_OK;
+}
