@@ -48,7 +48,7 @@ static ng_result place_buffer(struct ng_gpu *gpu, const struct ng_gpu_buffer_par
                    "the place of buffer '%s' fits it and is aligned to %llu", params->name,
                    (unsigned long long)need.alignment);
     } else {
-        NG_TRY(ng_gpu_memory_allocate(gpu, &need, params->memory, params->name, &buffer->own));
+        NG_TRY(ng_gpu_memory_allocate(gpu, &need, params->memory, "a list of the scene", &buffer->own));
         place = buffer->own;
     }
     if (place.mapped)

@@ -3,6 +3,7 @@
 
 #include "gpu/gpu_internal.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -93,7 +94,9 @@ static ng_result place_image(struct ng_gpu *gpu, const struct ng_gpu_image_param
                    "the place of image '%s' fits it and is aligned to %llu", params->name,
                    (unsigned long long)need.alignment);
     } else {
-        NG_TRY(ng_gpu_memory_allocate(gpu, &need, NG_GPU_MEMORY_DEVICE, params->name, &image->own));
+        char what[64];
+        snprintf(what, sizeof what, "a picture of %u x %u pixels", params->width, params->height);
+        NG_TRY(ng_gpu_memory_allocate(gpu, &need, NG_GPU_MEMORY_DEVICE, what, &image->own));
         place = image->own;
     }
     return ng_gpu_check(gpu,

@@ -59,7 +59,7 @@ static ng_result block_allocate(struct ng_gpu *gpu, struct ng_gpu_memory_block *
     uint64_t left = in->memory_limit > in->memory_reserved ? in->memory_limit - in->memory_reserved : 0;
     // Linux promises more than it has, and ends the program when the promise is called in.
     if (block->size > left) {
-        ng_log_error("gpu: '%s' needs %.1f MiB of memory, of which %.1f MiB are left; draw less, or smaller",
+        ng_log_error("gpu: %s needs %.1f MiB of memory, of which %.1f MiB are left; draw less, or smaller",
                      name, (double)block->size / MIB, (double)left / MIB);
         return NG_ERROR_MEMORY;
     }
@@ -69,8 +69,14 @@ static ng_result block_allocate(struct ng_gpu *gpu, struct ng_gpu_memory_block *
                                  .pNext = &flags,
                                  .allocationSize = block->size,
                                  .memoryTypeIndex = block->type};
-    NG_TRY(ng_gpu_check(gpu, NG_GPU_CREATE(gpu, vkAllocateMemory(gpu->device, &info, NULL, &block->memory)),
-                        "allocate memory for", name));
+    VkResult result = NG_GPU_CREATE(gpu, vkAllocateMemory(gpu->device, &info, NULL, &block->memory));
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY) {
+        ng_log_error(
+            "gpu: %s needs %.1f MiB of memory, which the device does not have; draw less, or smaller", name,
+            (double)block->size / MIB);
+        return NG_ERROR_MEMORY;
+    }
+    NG_TRY(ng_gpu_check(gpu, result, "allocate memory for", name));
     in->memory_reserved += block->size;
     if (in->memory_reserved > in->memory_peak)
         in->memory_peak = in->memory_reserved;

@@ -27,7 +27,8 @@ struct ng_gpu_memory {
     struct ng_gpu_memory_block *block;
 };
 
-// `name` is for messages. NG_ERROR_MEMORY if the device has none left.
+// `name` is for messages to a user: what it is, with its size, not what the program calls it.
+// NG_ERROR_MEMORY, logged with what is needed and left, if the device has none left.
 NG_NODISCARD ng_result ng_gpu_memory_allocate(struct ng_gpu *gpu, const VkMemoryRequirements *requirements,
                                               enum ng_gpu_memory_kind kind, const char *name,
                                               struct ng_gpu_memory *out);

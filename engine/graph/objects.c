@@ -121,7 +121,7 @@ static struct memory_block *block_memory(struct ng_graph *g, const struct ng_pla
     VkMemoryRequirements m = {
         .size = want->size, .alignment = want->alignment, .memoryTypeBits = want->memory_types};
     enum ng_gpu_memory_kind kind = want->host ? NG_GPU_MEMORY_READBACK : NG_GPU_MEMORY_DEVICE;
-    const char *name = want->host ? "graph host memory" : "graph memory";
+    const char *name = want->host ? "what is read of a frame" : "a frame of this size";
     if (ng_gpu_memory_allocate(g->params.gpu, &m, kind, name, &b->memory) != NG_OK)
         return NULL;
     b->alignment = want->alignment;
