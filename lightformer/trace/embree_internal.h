@@ -26,7 +26,7 @@ struct lf_shared {
 };
 
 // One instance. Stays where it is while Embree knows it.
-struct lf_slot {
+struct lf_trace_slot {
     RTCGeometry geometry;
     uint32_t instance;
     struct lf_instance seen; // by rays
@@ -48,7 +48,7 @@ struct lf_tracer {
     struct lf_box boxes[LF_MAX_BOXES];
     uint32_t box_count; // more than LF_MAX_BOXES: not all are kept, and Embree decides
     bool others_shine;  // some surface has emission without being a light's
-    struct lf_slot *slots;
+    struct lf_trace_slot *slots;
     uint32_t slot_count;
     struct lf_shared *shared; // beside the snapshot's meshes; null: none is
     uint32_t shared_count;
@@ -82,15 +82,15 @@ void lf_sharing_forget(struct lf_tracer *tracer);
 bool lf_may_share(const struct ng_snapshot *snapshot, uint32_t instance);
 // Makes a slot's geometry an instance of a mesh; the caller commits it.
 NG_NODISCARD ng_result lf_sharing_attach(struct lf_tracer *tracer, struct lf_shared *shared,
-                                         struct lf_slot *slot);
+                                         struct lf_trace_slot *slot);
 // Follows the slot's matrix and mask.
-void lf_sharing_place(struct lf_slot *slot);
+void lf_sharing_place(struct lf_trace_slot *slot);
 
 // ---- shape.c ---------------------------------------------------------------------------------------------
 // Unit normal of a disk or sphere at a place of it; moves the place exactly onto a sphere.
-void lf_shape_normal(const struct lf_slot *slot, float position[3], float normal[3]);
+void lf_shape_normal(const struct lf_trace_slot *slot, float position[3], float normal[3]);
 // Gives a new geometry of Embree's kind "user" a slot's shape.
-void lf_shape_set(RTCGeometry geometry, struct lf_slot *slot);
+void lf_shape_set(RTCGeometry geometry, struct lf_trace_slot *slot);
 
 // ---- meeting.c -------------------------------------------------------------------------------------------
 // What a ray looks for; Embree hands the context to every callback.
@@ -104,21 +104,21 @@ struct lf_query {
 };
 
 // Whether the query takes this meeting as its hit.
-bool lf_accepts(const struct lf_query *query, const struct lf_slot *slot, const struct RTCRay *ray,
+bool lf_accepts(const struct lf_query *query, const struct lf_trace_slot *slot, const struct RTCRay *ray,
                 const struct RTCHit *hit);
 // Filters for Embree: of a query, and of alpha masks.
 void lf_filter_query(const struct RTCFilterFunctionNArguments *arguments);
 void lf_filter_mask(const struct RTCFilterFunctionNArguments *arguments);
 
 // Whose geometry was met.
-static inline const struct lf_slot *lf_slot_met(const struct lf_tracer *t, const struct RTCHit *h)
+static inline const struct lf_trace_slot *lf_trace_slot_met(const struct lf_tracer *t, const struct RTCHit *h)
 {
     return &t->slots[h->instID[0] == RTC_INVALID_GEOMETRY_ID ? h->geomID : h->instID[0]];
 }
 
 // Unit normal of the front. Embree's normal of a triangle follows the order of its vertices, in the mesh's
 // own space if it is shared.
-static inline void lf_triangle_normal(const struct lf_slot *s, const struct RTCHit *h, float normal[3])
+static inline void lf_triangle_normal(const struct lf_trace_slot *s, const struct RTCHit *h, float normal[3])
 {
     if (s->shared) {
         const float own[3] = {h->Ng_x, h->Ng_y, h->Ng_z}, *to_world = s->seen.normal_matrix;
@@ -135,8 +135,8 @@ static inline void lf_triangle_normal(const struct lf_slot *s, const struct RTCH
 }
 
 // The whole hit from what Embree tells of it. Nothing of the triangle is read: that would wait for memory.
-static inline void lf_describe(const struct lf_slot *s, const struct RTCRay *ray, const struct RTCHit *h,
-                               struct lf_hit *out)
+static inline void lf_describe(const struct lf_trace_slot *s, const struct RTCRay *ray,
+                               const struct RTCHit *h, struct lf_hit *out)
 {
     const float origin[3] = {ray->org_x, ray->org_y, ray->org_z};
     const float direction[3] = {ray->dir_x, ray->dir_y, ray->dir_z};

@@ -1,7 +1,7 @@
 // What a ray meets: hits from what Embree tells of them, and which of them a query takes.
 #include "lightformer/trace/embree_internal.h"
 
-bool lf_accepts(const struct lf_query *q, const struct lf_slot *s, const struct RTCRay *ray,
+bool lf_accepts(const struct lf_query *q, const struct lf_trace_slot *s, const struct RTCRay *ray,
                 const struct RTCHit *h)
 {
     struct lf_hit hit;
@@ -25,7 +25,7 @@ void lf_filter_query(const struct RTCFilterFunctionNArguments *a)
             continue;
         struct RTCRay ray = lf_ray_of(a->ray, a->N, i);
         struct RTCHit hit = lf_hit_of(a->hit, a->N, i);
-        if (!lf_accepts(q, lf_slot_met(q->tracer, &hit), &ray, &hit))
+        if (!lf_accepts(q, lf_trace_slot_met(q->tracer, &hit), &ray, &hit))
             a->valid[i] = 0;
     }
 }
@@ -38,7 +38,7 @@ void lf_filter_mask(const struct RTCFilterFunctionNArguments *a)
             continue;
         struct RTCHit hit = lf_hit_of(a->hit, a->N, i);
         const float barycentric[2] = {hit.u, hit.v};
-        if (lf_surface_is_cut(t, lf_slot_met(t, &hit)->instance, hit.primID, barycentric))
+        if (lf_surface_is_cut(t, lf_trace_slot_met(t, &hit)->instance, hit.primID, barycentric))
             a->valid[i] = 0;
     }
 }

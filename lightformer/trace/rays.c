@@ -73,7 +73,7 @@ bool lf_trace_closest(const struct lf_tracer *t, const struct lf_ray *ray, enum 
     begin_query(t, kind, NULL, NULL, &q);
     if (!intersect(t->scene, ray, &q, &rayhit))
         return false;
-    lf_describe(lf_slot_met(t, &rayhit.hit), &rayhit.ray, &rayhit.hit, out);
+    lf_describe(lf_trace_slot_met(t, &rayhit.hit), &rayhit.ray, &rayhit.hit, out);
     return true;
 }
 
@@ -141,7 +141,7 @@ void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_h
         if (p->met[i] && hits) {
             struct RTCRay ray = lf_ray_of(&r.ray, LF_PACKET, i);
             struct RTCHit hit = lf_hit_of(&r.hit, LF_PACKET, i);
-            lf_describe(lf_slot_met(t, &hit), &ray, &hit, &hits[i]);
+            lf_describe(lf_trace_slot_met(t, &hit), &ray, &hit, &hits[i]);
         }
     }
 }
@@ -186,7 +186,7 @@ void lf_trace_closest_many(const struct lf_tracer *t, const struct lf_ray *rays,
                 continue;
             struct RTCRay ray = lf_ray_of(&r.ray, LF_PACKET, i);
             struct RTCHit hit = lf_hit_of(&r.hit, LF_PACKET, i);
-            lf_describe(lf_slot_met(t, &hit), &ray, &hit, &hits[begin + i]);
+            lf_describe(lf_trace_slot_met(t, &hit), &ray, &hit, &hits[begin + i]);
         }
     }
 }

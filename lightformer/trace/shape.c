@@ -3,7 +3,7 @@
 #include "lightformer/trace/embree_internal.h"
 
 // Facing side of a disk: -Z of its placement, as light/light.h says.
-static void disk_axes(const struct lf_slot *s, float x[3], float y[3], float normal[3])
+static void disk_axes(const struct lf_trace_slot *s, float x[3], float y[3], float normal[3])
 {
     float z[3];
     for (int i = 0; i < 3; i++) {
@@ -17,18 +17,18 @@ static void disk_axes(const struct lf_slot *s, float x[3], float y[3], float nor
         lf_scale(normal, -1, normal);
 }
 
-static void slot_center(const struct lf_slot *s, float out[3])
+static void slot_center(const struct lf_trace_slot *s, float out[3])
 {
     for (int i = 0; i < 3; i++)
         out[i] = s->matrix[i * 4 + 3];
 }
 
-static float sphere_radius(const struct lf_slot *s)
+static float sphere_radius(const struct lf_trace_slot *s)
 {
     return s->matrix[0]; // ng_light_surface of spheres is uniform
 }
 
-void lf_shape_normal(const struct lf_slot *s, float position[3], float normal[3])
+void lf_shape_normal(const struct lf_trace_slot *s, float position[3], float normal[3])
 {
     float x[3], y[3];
     if (s->seen.shape == LF_SHAPE_DISK) {
@@ -43,7 +43,7 @@ void lf_shape_normal(const struct lf_slot *s, float position[3], float normal[3]
 
 static void shape_bounds(const struct RTCBoundsFunctionArguments *a)
 {
-    const struct lf_slot *s = a->geometryUserPtr;
+    const struct lf_trace_slot *s = a->geometryUserPtr;
     float low[3], high[3];
     bool empty = true;
     for (int i = 0; i < 3; i++) {
@@ -67,7 +67,8 @@ static void shape_bounds(const struct RTCBoundsFunctionArguments *a)
 }
 
 // Distances along the ray at which it meets the shape, ascending; how many.
-static int meet_disk(const struct lf_slot *s, const float origin[3], const float direction[3], float t[2])
+static int meet_disk(const struct lf_trace_slot *s, const float origin[3], const float direction[3],
+                     float t[2])
 {
     float x[3], y[3], n[3], center[3], to[3], p[3];
     disk_axes(s, x, y, n);
@@ -85,7 +86,8 @@ static int meet_disk(const struct lf_slot *s, const float origin[3], const float
     return a * a + b * b <= 1;
 }
 
-static int meet_sphere(const struct lf_slot *s, const float origin[3], const float direction[3], float t[2])
+static int meet_sphere(const struct lf_trace_slot *s, const float origin[3], const float direction[3],
+                       float t[2])
 {
     double b = 0, d = 0, r = (double)sphere_radius(s);
     for (int i = 0; i < 3; i++) {
@@ -104,7 +106,7 @@ static int meet_sphere(const struct lf_slot *s, const float origin[3], const flo
     return 2;
 }
 
-static int meet(const struct lf_slot *s, const struct RTCRay *ray, float t[2])
+static int meet(const struct lf_trace_slot *s, const struct RTCRay *ray, float t[2])
 {
     const float origin[3] = {ray->org_x, ray->org_y, ray->org_z};
     const float direction[3] = {ray->dir_x, ray->dir_y, ray->dir_z};
@@ -113,7 +115,7 @@ static int meet(const struct lf_slot *s, const struct RTCRay *ray, float t[2])
 }
 
 // The nearest place that the query accepts; sets `ray->tfar` to it.
-static bool meet_query(const void *context, unsigned int geometry, const struct lf_slot *s,
+static bool meet_query(const void *context, unsigned int geometry, const struct lf_trace_slot *s,
                        struct RTCRay *ray, struct RTCHit *hit)
 {
     float t[2] = {0}, far = ray->tfar;
@@ -153,7 +155,7 @@ static void shape_occluded(const struct RTCOccludedFunctionNArguments *a)
     }
 }
 
-void lf_shape_set(RTCGeometry geometry, struct lf_slot *slot)
+void lf_shape_set(RTCGeometry geometry, struct lf_trace_slot *slot)
 {
     rtcSetGeometryUserData(geometry, slot);
     rtcSetGeometryUserPrimitiveCount(geometry, 1);

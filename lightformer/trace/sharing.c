@@ -11,8 +11,8 @@
 #include <stdlib.h>
 
 #define GIB                (1024.0 * 1024.0 * 1024.0)
-#define BYTES_A_TRIANGLE 130 // of Embree's structures; their most while they are built
-#define BYTES_AN_INSTANCE 1024
+#define BYTES_A_TRIANGLE   130 // of Embree's structures; their most while they are built
+#define BYTES_AN_INSTANCE  1024
 #define PART_FOR_FLATTENED 2 // a half
 
 // An instance turns rays into its mesh's space. Beyond these the turned ray may be none (LF_TRACE_FARTHEST),
@@ -142,7 +142,7 @@ void lf_sharing_forget(struct lf_tracer *t)
     t->shared_count = 0;
 }
 
-void lf_sharing_place(struct lf_slot *s)
+void lf_sharing_place(struct lf_trace_slot *s)
 {
     rtcSetGeometryTransform(s->geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, s->matrix);
     // Some instance's is enough: the filter asks the one that is met.
@@ -154,7 +154,7 @@ void lf_sharing_place(struct lf_slot *s)
     }
 }
 
-ng_result lf_sharing_attach(struct lf_tracer *t, struct lf_shared *shared, struct lf_slot *s)
+ng_result lf_sharing_attach(struct lf_tracer *t, struct lf_shared *shared, struct lf_trace_slot *s)
 {
     s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_INSTANCE);
     if (!s->geometry)

@@ -128,7 +128,7 @@ static enum lf_shape shape_of(const struct ng_snapshot *snapshot, const struct n
 }
 
 // Reads what an instance is now; true if its place or form is another.
-static bool read_instance(struct lf_slot *s, const struct ng_snapshot *snapshot)
+static bool read_instance(struct lf_trace_slot *s, const struct ng_snapshot *snapshot)
 {
     const struct ng_snapshot_instance *instance = &snapshot->instances[s->instance];
     const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
@@ -141,7 +141,7 @@ static bool read_instance(struct lf_slot *s, const struct ng_snapshot *snapshot)
     return moved;
 }
 
-static void commit_geometry(struct lf_slot *s)
+static void commit_geometry(struct lf_trace_slot *s)
 {
     if (s->shared)
         lf_sharing_place(s);
@@ -150,7 +150,8 @@ static void commit_geometry(struct lf_slot *s)
     rtcCommitGeometry(s->geometry);
 }
 
-static ng_result make_geometry(struct lf_tracer *t, const struct ng_snapshot *snapshot, struct lf_slot *s)
+static ng_result make_geometry(struct lf_tracer *t, const struct ng_snapshot *snapshot,
+                               struct lf_trace_slot *s)
 {
     uint32_t mesh = snapshot->instances[s->instance].mesh;
     if (s->seen.shape != LF_SHAPE_TRIANGLES) {
@@ -170,13 +171,13 @@ static ng_result make_geometry(struct lf_tracer *t, const struct ng_snapshot *sn
 
 static ng_result make_slot(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t index)
 {
-    struct lf_slot *s = &t->slots[index];
+    struct lf_trace_slot *s = &t->slots[index];
     const struct ng_snapshot_instance *instance = &snapshot->instances[index];
     const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
-    *s = (struct lf_slot){.instance = index,
-                          .seen.shape = shape_of(snapshot, instance),
-                          .entity = instance->entity,
-                          .mesh_key = mesh->key};
+    *s = (struct lf_trace_slot){.instance = index,
+                                .seen.shape = shape_of(snapshot, instance),
+                                .entity = instance->entity,
+                                .mesh_key = mesh->key};
     lf_instance_read(snapshot, index, &s->seen);
     read_instance(s, snapshot);
     NG_TRY(make_geometry(t, snapshot, s));
@@ -217,7 +218,7 @@ static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *
         return false;
     for (uint32_t i = 0; i < t->slot_count; i++) {
         const struct ng_snapshot_instance *instance = &snapshot->instances[i];
-        const struct lf_slot *s = &t->slots[i];
+        const struct lf_trace_slot *s = &t->slots[i];
         if (!ng_entity_same(s->entity, instance->entity) ||
             s->mesh_key != snapshot->meshes[instance->mesh].key ||
             s->seen.shape != shape_of(snapshot, instance) ||
@@ -231,7 +232,7 @@ static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *
 static ng_result follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
     for (uint32_t i = 0; i < t->slot_count; i++) {
-        struct lf_slot *s = &t->slots[i];
+        struct lf_trace_slot *s = &t->slots[i];
         uint32_t before = s->seen.flags;
         lf_instance_read(snapshot, i, &s->seen); // the snapshot's arrays may be elsewhere
         if (s->version == snapshot->instances[i].version)
