@@ -30,8 +30,10 @@ ng_result lf_encoder_create(const struct lf_encoder_params *params, struct lf_en
     for (int i = 0; i < LF_INPUT_COUNT; i++)
         self->gather |= (uint64_t)lf_net_gather_reads(params->executor, (enum lf_net_input)i) << i;
     ng_result result = lf_tracer_create(&self->tracer);
-    if (result == NG_OK)
+    if (result == NG_OK) {
+        lf_tracer_limit_memory(self->tracer, params->memory_limit);
         result = lf_pixel_clues_create(&self->pixels);
+    }
     if (result == NG_OK)
         result = lf_view_memory_create(&self->view);
     if (result != NG_OK)

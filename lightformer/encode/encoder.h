@@ -48,10 +48,12 @@ struct lf_encoder_params {
     struct ng_jobs *jobs;             // borrowed; null: the caller's thread alone
     const char *method;               // frames that want this method are encoded; borrowed
     enum lf_rsm_source rsm;
-    uint32_t vpl_count;    // of each light; 0: LF_VPL_COUNT
-    uint32_t mirror_rays;  // of a picture (struct lf_encode_pixels_params)
-    uint64_t memory_limit; // bytes; 0: what the system has left. A frame that needs more is refused
-    bool always;           // redo everything in every frame (benchmarks, tests)
+    uint32_t vpl_count;   // of each light; 0: LF_VPL_COUNT
+    uint32_t mirror_rays; // of a picture (struct lf_encode_pixels_params)
+    // Bytes of inputs and encodings, and as many of what rays are traced through; 0: what the system has
+    // left. A frame that needs more is refused.
+    uint64_t memory_limit;
+    bool always; // redo everything in every frame (benchmarks, tests)
 };
 
 NG_NODISCARD ng_result lf_encoder_create(const struct lf_encoder_params *params, struct lf_encoder **out);

@@ -133,14 +133,15 @@ static void what_does_not_fit_into_memory_is_refused(void **state)
     struct method m;
     struct test_log log;
     room_open(&r, POINT | PANEL);
-    method_open(&r, &(struct lf_neural_params){.memory_limit = 500000}, &m);
+    method_open(&r, &(struct lf_neural_params){.memory_limit = 8000000}, &m);
+    r.width = 400, r.height = 320;
     scene_frame(&r.scene, 0);
     test_log_begin(&log);
     assert_int_equal(room_draw_again(&r, &m), NG_ERROR_MEMORY);
     assert_int_equal(room_draw_again(&r, &m), NG_ERROR_MEMORY);
     test_log_end(&log);
     assert_int_equal(log.errors, 1);
-    assert_non_null(strstr(log.text, "40x32 pixels and 2 lights need"));
+    assert_non_null(strstr(log.text, "400x320 pixels and 2 lights need"));
     r.width = r.height = 8; // and then goes on
     assert_true(draw_and_check(&r, &m) > 0);
     method_close(&m);
