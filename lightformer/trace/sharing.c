@@ -96,7 +96,7 @@ static ng_result make_shared(struct lf_tracer *t, const struct ng_snapshot_mesh 
 
 static ng_result share(struct lf_tracer *t, const struct ng_snapshot *snapshot, const uint32_t *uses)
 {
-    t->shared = calloc(snapshot->mesh_count, sizeof *t->shared);
+    t->shared = calloc(snapshot->mesh_count ? snapshot->mesh_count : 1, sizeof *t->shared);
     if (!t->shared)
         return ng_out_of_memory("ray tracing");
     t->shared_count = snapshot->mesh_count;
