@@ -143,6 +143,7 @@ static ng_result make_skin(struct ng_extractor *x, ng_asset skeleton, uint32_t j
     s->mesh = shape->mesh;
     s->mesh.key = ++x->clock;
     s->mesh.dynamic = true;
+    s->mesh.rest_positions = shape->mesh.positions;
     s->mesh.positions = s->positions[0];
     s->mesh.normals = s->normals;
     s->mesh.tangents = s->tangents;

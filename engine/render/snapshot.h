@@ -24,6 +24,7 @@ struct ng_snapshot_mesh {
     uint32_t vertex_count, index_count;
     const float *positions;          // [vertex_count][3]
     const float *previous_positions; // dynamic only: last frame's, for motion; else null
+    const float *rest_positions;     // dynamic only: before joints move them, in object space; else null
     const float *normals;            // [vertex_count][3]
     const float *tangents;           // [vertex_count][4]
     const float *uvs;                // [vertex_count][2]

@@ -16,6 +16,7 @@ struct lf_triangles {
     float *vertices;         // Embree's
     const uint32_t *indices; // the mesh's, while Embree uses them
     uint32_t *own_indices;   // Embree's instead, once a triangle had to be left out
+    bool at_rest;            // the vertices are those of the mesh at rest, until its structure is built
 };
 
 // A mesh that several instances show, where it is not flattened (sharing.c).
@@ -66,12 +67,16 @@ static inline float lf_within_reach(float x)
 }
 
 // ---- triangles.c -----------------------------------------------------------------------------------------
-// Writes a mesh, moved by a matrix (null: not), for a geometry that the caller commits.
-NG_NODISCARD ng_result lf_triangles_make(RTCDevice device, const float matrix[12],
-                                         const struct ng_snapshot_mesh *mesh, struct lf_triangles *out);
-// The same mesh elsewhere or in another form. `*built`: its structure cannot be refitted.
+// A structure is built around the mesh at rest, then refitted (README.md): made, moved, committed with its
+// scene, and settled.
+NG_NODISCARD ng_result lf_triangles_make(RTCDevice device, const struct ng_snapshot_mesh *mesh,
+                                         struct lf_triangles *out);
+// To where a matrix (null: none) puts the mesh's positions; the caller commits. `*built`: the structure will
+// be built, and if `at_rest` is set it has to be settled after that.
 NG_NODISCARD ng_result lf_triangles_move(struct lf_triangles *triangles, const float matrix[12],
                                          const struct ng_snapshot_mesh *mesh, bool *built);
+void lf_triangles_settle(struct lf_triangles *triangles, const float matrix[12],
+                         const struct ng_snapshot_mesh *mesh);
 void lf_triangles_mask(struct lf_triangles *triangles, bool masked);
 
 // ---- sharing.c -------------------------------------------------------------------------------------------

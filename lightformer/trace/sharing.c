@@ -87,7 +87,9 @@ static ng_result make_shared(struct lf_tracer *t, const struct ng_snapshot_mesh 
     if (!out->scene)
         return NG_ERROR_MEMORY;
     rtcSetSceneFlags(out->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-    NG_TRY(lf_triangles_make(t->device, NULL, mesh, &out->triangles));
+    bool built;
+    NG_TRY(lf_triangles_make(t->device, mesh, &out->triangles));
+    NG_TRY(lf_triangles_move(&out->triangles, NULL, mesh, &built)); // static: it is at rest
     rtcCommitGeometry(out->triangles.geometry);
     rtcAttachGeometryByID(out->scene, out->triangles.geometry, 0);
     rtcCommitScene(out->scene);

@@ -164,9 +164,10 @@ static ng_result make_geometry(struct lf_tracer *t, const struct ng_snapshot *sn
         t->stats.shared++;
         return lf_sharing_attach(t, &t->shared[mesh], s);
     }
-    ng_result r = lf_triangles_make(t->device, s->matrix, &snapshot->meshes[mesh], &s->triangles);
+    bool built;
+    ng_result r = lf_triangles_make(t->device, &snapshot->meshes[mesh], &s->triangles);
     s->geometry = s->triangles.geometry;
-    return r;
+    return r == NG_OK ? lf_triangles_move(&s->triangles, s->matrix, &snapshot->meshes[mesh], &built) : r;
 }
 
 static ng_result make_slot(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t index)
@@ -251,6 +252,24 @@ static ng_result follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
     return NG_OK;
 }
 
+// Structures that are built now are built around meshes at rest; then these go where they are.
+static void settle(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < t->slot_count; i++)
+        any |= t->slots[i].triangles.at_rest;
+    if (!any)
+        return;
+    rtcCommitScene(t->scene);
+    for (uint32_t i = 0; i < t->slot_count; i++) {
+        struct lf_trace_slot *s = &t->slots[i];
+        if (!s->triangles.at_rest)
+            continue;
+        lf_triangles_settle(&s->triangles, s->matrix, &snapshot->meshes[snapshot->instances[i].mesh]);
+        commit_geometry(s);
+    }
+}
+
 // So that most rays that look for emitters alone end before they begin.
 static void find_boxes(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
@@ -276,6 +295,7 @@ static ng_result update(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
     bool same = same_instances(t, snapshot);
     NG_TRY(same ? follow(t, snapshot) : build(t, snapshot));
+    settle(t, snapshot);
     t->snapshot = snapshot;
     find_boxes(t, snapshot);
     if (!same || t->stats.updated) {

@@ -2,15 +2,15 @@
 #include "lightformer/trace/embree_internal.h"
 
 // A null matrix: as they are.
-static void write_vertices(struct lf_triangles *t, const float matrix[12],
-                           const struct ng_snapshot_mesh *mesh)
+static void write_vertices(struct lf_triangles *t, const float matrix[12], const float *positions,
+                           uint32_t count)
 {
-    for (size_t i = 0; i < mesh->vertex_count; i++) {
+    for (size_t i = 0; i < count; i++) {
         float *out = t->vertices + i * 3;
         if (matrix)
-            lf_transform_point(matrix, mesh->positions + i * 3, out);
+            lf_transform_point(matrix, positions + i * 3, out);
         else
-            memcpy(out, mesh->positions + i * 3, 3 * sizeof *out);
+            memcpy(out, positions + i * 3, 3 * sizeof *out);
         for (int k = 0; k < 3; k++)
             out[k] = lf_within_reach(out[k]);
     }
@@ -28,10 +28,15 @@ static bool is_point(const float *vertices, const uint32_t index[3])
     return same;
 }
 
+static bool is_left_out(const struct lf_triangles *t, size_t i)
+{
+    return t->own_indices && t->own_indices[i] == UINT32_MAX;
+}
+
 static bool has_points(const struct lf_triangles *t, const struct ng_snapshot_mesh *mesh)
 {
     for (size_t i = 0; i + 2 < mesh->index_count; i += 3)
-        if (is_point(t->vertices, mesh->indices + i))
+        if (!is_left_out(t, i) && is_point(t->vertices, mesh->indices + i))
             return true;
     return false;
 }
@@ -73,29 +78,45 @@ static ng_result set_indices(struct lf_triangles *t, const struct ng_snapshot_me
     return NG_OK;
 }
 
-ng_result lf_triangles_make(RTCDevice device, const float matrix[12], const struct ng_snapshot_mesh *mesh,
-                            struct lf_triangles *out)
+ng_result lf_triangles_make(RTCDevice device, const struct ng_snapshot_mesh *mesh, struct lf_triangles *out)
 {
-    bool changed;
     out->geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetGeometryBuildQuality(out->geometry, RTC_BUILD_QUALITY_REFIT);
     out->vertices = rtcSetNewGeometryBuffer(out->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                             3 * sizeof(float), mesh->vertex_count ? mesh->vertex_count : 1);
-    if (!out->vertices)
-        return NG_ERROR_MEMORY;
-    write_vertices(out, matrix, mesh);
-    return set_indices(out, mesh, &changed);
+    return out->vertices ? NG_OK : NG_ERROR_MEMORY;
+}
+
+// For a structure to be built around. Where that would leave points, they stay where they are.
+static void lay_to_rest(struct lf_triangles *t, const float matrix[12], const struct ng_snapshot_mesh *mesh)
+{
+    const float *rest = mesh->rest_positions ? mesh->rest_positions : mesh->positions;
+    write_vertices(t, NULL, rest, mesh->vertex_count);
+    t->at_rest = !has_points(t, mesh);
+    if (!t->at_rest)
+        write_vertices(t, matrix, mesh->positions, mesh->vertex_count);
 }
 
 ng_result lf_triangles_move(struct lf_triangles *t, const float matrix[12],
                             const struct ng_snapshot_mesh *mesh, bool *built)
 {
-    write_vertices(t, matrix, mesh);
-    NG_TRY(set_indices(t, mesh, built));
-    rtcSetGeometryBuildQuality(t->geometry, RTC_BUILD_QUALITY_REFIT);
-    rtcUpdateGeometryBuffer(t->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
-    if (*built)
+    bool first = !t->indices && !t->own_indices, changed;
+    write_vertices(t, matrix, mesh->positions, mesh->vertex_count);
+    NG_TRY(set_indices(t, mesh, &changed));
+    if (changed && !first)
         rtcUpdateGeometryBuffer(t->geometry, RTC_BUFFER_TYPE_INDEX, 0);
+    *built = changed || first;
+    if (*built)
+        lay_to_rest(t, matrix, mesh);
+    rtcUpdateGeometryBuffer(t->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
     return NG_OK;
+}
+
+void lf_triangles_settle(struct lf_triangles *t, const float matrix[12], const struct ng_snapshot_mesh *mesh)
+{
+    write_vertices(t, matrix, mesh->positions, mesh->vertex_count);
+    rtcUpdateGeometryBuffer(t->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+    t->at_rest = false;
 }
 
 void lf_triangles_mask(struct lf_triangles *t, bool masked)
