@@ -22,6 +22,10 @@ static struct lf_ray make_ray(float x, float y, float z, float dx, float dy, flo
         .origin = {x, y, z}, .direction = {dx / length, dy / length, dz / length}, .far = INFINITY};
 }
 
+// Embree divides by a reciprocal that its kernels for SSE, AVX2 and AVX-512 refine each in a way of their
+// own: distances are off by a few units of the last place, and so is all that follows from a hit.
+#define ROUNDING 1e-6
+
 static ng_entity add_floor(struct scene *s, ng_entity material)
 {
     return scene_quad(s, (const float[3]){-1, -1, 0}, (const float[3]){2, 0, 0}, (const float[3]){0, 2, 0},
@@ -40,10 +44,11 @@ static void test_a_hit_says_where_and_what(void **state)
     struct lf_surface surface;
     assert_true(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit));
     assert_true(hit.front && hit.instance == 0);
-    NEAR(hit.distance, 2, 1e-6);
-    NEAR(hit.position[0], 0.25, 1e-6);
-    NEAR(hit.position[1], -0.5, 1e-6);
-    assert_true(hit.position[2] == 0 && hit.normal[2] == 1);
+    NEAR(hit.distance, 2, ROUNDING);
+    NEAR(hit.position[0], 0.25, ROUNDING);
+    NEAR(hit.position[1], -0.5, ROUNDING);
+    NEAR(hit.position[2], 0, ROUNDING);
+    NEAR(hit.normal[2], 1, ROUNDING);
     lf_surface_at(s.tracer, &hit, &surface);
     NEAR(surface.albedo[1], 0.125, 1e-6);
     NEAR(surface.f0[0], 0.27, 1e-6);
@@ -68,7 +73,8 @@ static void test_camera_rays_pass_through_backs(void **state)
     ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1);
     add_floor(&s, material);
     scene_frame(&s, 0);
-    struct lf_ray below = make_ray(0, 0, -2, 0, 0, 1);
+    struct lf_ray below =
+        make_ray(0.25f, -0.5f, -2, 0, 0, 1); // off the diagonal, which is two triangles' edge
     struct lf_hit hit;
     struct lf_surface surface;
     assert_false(lf_trace_closest(s.tracer, &below, LF_RAY_CAMERA, &hit));
@@ -82,7 +88,9 @@ static void test_camera_rays_pass_through_backs(void **state)
     scene_frame(&s, 1);
     assert_true(lf_trace_closest(s.tracer, &below, LF_RAY_CAMERA, &hit));
     lf_surface_at(s.tracer, &hit, &surface);
-    assert_true(!hit.front && surface.normal[2] == -1 && surface.flat_normal[2] == -1);
+    assert_false(hit.front);
+    NEAR(surface.normal[2], -1, ROUNDING);
+    NEAR(surface.flat_normal[2], -1, ROUNDING);
     assert_false(lf_surface_is_black(&surface));
     scene_close(&s);
 }
@@ -98,7 +106,8 @@ static void test_mirrored_placements_keep_their_front(void **state)
     struct lf_ray above = make_ray(-2, 0.1f, 1, 0, 0, -1);
     struct lf_hit hit;
     assert_true(lf_trace_closest(s.tracer, &above, LF_RAY_CAMERA, &hit));
-    assert_true(hit.front && hit.normal[2] == 1);
+    assert_true(hit.front);
+    NEAR(hit.normal[2], 1, ROUNDING);
     scene_close(&s);
 }
 
@@ -352,8 +361,9 @@ static void test_only_what_moved_is_touched(void **state)
         stats = lf_tracer_stats_of(s.tracer);
         assert_int_equal(stats.updated, 1);
         assert_int_equal(stats.built, 0);
-        struct lf_ray there = make_ray(2, (float)k, 5, 0, 0, -1),
-                      gone = make_ray(2, (float)k - 1, 5, 0, 0, -1);
+        // Off the sphere's axis, where edges meet.
+        struct lf_ray there = make_ray(2.03f, (float)k + 0.05f, 5, 0, 0, -1),
+                      gone = make_ray(2.03f, (float)k - 0.95f, 5, 0, 0, -1);
         struct lf_hit hit;
         assert_true(lf_trace_closest(s.tracer, &there, LF_RAY_ALL, &hit) && hit.instance == 2);
         assert_false(lf_trace_occluded(s.tracer, &gone));
@@ -418,7 +428,8 @@ static void test_packets_are_rays(void **state)
             if (light == passing.passes)
                 assert_true(!passing.met[i] || passing.far[i] > p.far[i] + 0.01f);
             else
-                assert_true(passing.met[i] && passing.far[i] == p.far[i]);
+                // Embree may go on with a few of a packet's rays one by one, which rounds in another way.
+                assert_true(passing.met[i] && fabsf(passing.far[i] - p.far[i]) <= 1e-5f);
         }
     }
     for (int i = 0; i < 3; i++)
