@@ -2,6 +2,7 @@
 // another, each over all threads.
 #include "lightformer/net/executor_internal.h"
 
+#include "base/cpu.h"
 #include "base/log.h"
 
 #include <stdlib.h>
@@ -423,7 +424,8 @@ static ng_result find_kernel(enum lf_net_kernel wanted, const struct lf_kernel *
         *out = lf_kernel_find(--id);
     if (*out)
         return NG_OK;
-    ng_log_error("the network kernel \"%s\" does not run on this CPU; leave the choice to the program",
+    ng_log_error("the network kernel \"%s\" does not run on this CPU, or NG_ISA forbids it; leave the choice "
+                 "to the program",
                  lf_net_kernel_name(wanted));
     return NG_ERROR_UNSUPPORTED;
 }
@@ -433,6 +435,7 @@ ng_result lf_net_executor_create(const struct lf_net_executor_params *params, st
     const struct lf_kernel *kernel;
     *out = NULL;
     NG_REQUIRE(params->net, "an executor has a network");
+    NG_TRY(ng_cpu_check());
     NG_TRY(find_kernel(params->kernel, &kernel));
     struct lf_net_executor *e = calloc(1, sizeof *e);
     if (!e)

@@ -61,8 +61,8 @@ bool lf_net_reads(const struct lf_net *net, enum lf_net_input input);
 const char *lf_net_note(const struct lf_net *net, const char *key);
 uint64_t lf_net_parameters(const struct lf_net *net); // how many numbers were learned
 
-// How numbers are multiplied. The fastest that the CPU has is chosen unless a lower one is asked for; the
-// results of the fp32 ones differ by rounding alone.
+// How numbers are multiplied. The fastest that the CPU has (base/cpu.h) is chosen unless a lower one is asked
+// for; the results of the fp32 ones differ by rounding alone.
 enum lf_net_kernel {
     LF_KERNEL_AUTO,
     LF_KERNEL_PLAIN,  // fp32, portable C
@@ -75,7 +75,7 @@ enum lf_net_kernel {
 struct lf_net_executor_params {
     const struct lf_net *net;  // needed, borrowed
     struct ng_jobs *jobs;      // borrowed; null: the calling thread
-    enum lf_net_kernel kernel; // NG_ERROR_UNSUPPORTED, logged, where the CPU does not have it
+    enum lf_net_kernel kernel; // NG_ERROR_UNSUPPORTED, logged, where ng_cpu_has() denies it
 };
 NG_NODISCARD ng_result lf_net_executor_create(const struct lf_net_executor_params *params,
                                               struct lf_net_executor **out);

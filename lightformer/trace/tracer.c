@@ -7,6 +7,7 @@
 //
 // The device has one thread: what a parallel build makes may depend on their number, and with it which of two
 // surfaces in the same place is met.
+#include "base/cpu.h"
 #include "base/log.h"
 #include "base/system.h"
 #include "lightformer/trace/embree_internal.h"
@@ -83,13 +84,25 @@ static void free_scene(struct lf_tracer *t)
     t->snapshot = NULL;
 }
 
+// Embree takes the best that the processor has, unless it is held.
+static const char *device_config(void)
+{
+    if (!ng_cpu_allowed(NG_CPU_AVX2))
+        return "threads=1,user_threads=1,isa=sse4.2";
+    if (!ng_cpu_allowed(NG_CPU_AVX512))
+        return "threads=1,user_threads=1,isa=avx2";
+    return "threads=1,user_threads=1";
+}
+
 ng_result lf_tracer_create(struct lf_tracer **out)
 {
+    *out = NULL;
+    NG_TRY(ng_cpu_check());
     struct lf_tracer *t = calloc(1, sizeof *t);
     *out = t;
     if (!t)
         return ng_out_of_memory("ray tracing");
-    t->device = rtcNewDevice("threads=1,user_threads=1");
+    t->device = rtcNewDevice(device_config());
     if (!t->device) {
         report_device(t, rtcGetDeviceError(NULL), "it cannot be started");
         lf_tracer_destroy(out);

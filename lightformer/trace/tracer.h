@@ -38,6 +38,7 @@ struct lf_tracer_stats {
     double update_ms;   // of the last update
 };
 
+// Errors, logged: those of ng_cpu_check, which Embree obeys too; NG_ERROR_MEMORY.
 NG_NODISCARD ng_result lf_tracer_create(struct lf_tracer **out);
 void lf_tracer_destroy(struct lf_tracer **tracer);
 // Bytes that scenes may take from the next build on; 0, the default: what the system has left then. Of a

@@ -20,7 +20,9 @@ static void print_overview(FILE *out)
     for (size_t i = 0; i < NG_COUNT(commands); i++)
         fprintf(out, "  %-8s %s\n", commands[i]->name, commands[i]->summary);
     fputs("\nlightformer COMMAND --help tells more. Exit codes: 0 done, 1 bad input or environment, 2 bad "
-          "usage.\n",
+          "usage.\n"
+          "In the environment NG_DEVICE names the Vulkan device, and NG_ISA the most of the CPU's "
+          "instructions that are used:\nsse4.2, avx2, avx512, bf16 or amx.\n",
           out);
 }
 
