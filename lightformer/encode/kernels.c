@@ -415,7 +415,7 @@ static bool find_near_plane(const struct lf_light_shape *shape, const struct lf_
 {
     const struct plane e = plane_of(shape);
     const float *u = e.u, *v = e.v, *n = e.normal;
-    float per_unit = 1 / shape->coarseness;
+    float per_unit = 1 / shape->coarseness, skin = shape->skin; // within it lies the emitter itself
     bool disk = shape->emitter == LF_EMITTER_DISK;
     LANES
     {
@@ -430,7 +430,7 @@ static bool find_near_plane(const struct lf_light_shape *shape, const struct lf_
                             : beside_u * beside_u / e.uu + beside_v * beside_v / e.vv;
         float distance = ng_sqrt(height * height + beside) * per_unit;
         float near = share_near(distance);
-        share[i] = height > 0 ? near : 0;
+        share[i] = height > skin ? near : 0;
     }
     return is_any_near(share);
 }
