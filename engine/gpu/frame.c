@@ -373,3 +373,10 @@ ng_result ng_frame_alloc(struct ng_gpu *gpu, uint64_t size, struct ng_frame_rang
     r->chunk_offset += aligned;
     return NG_OK;
 }
+
+ng_result ng_frame_put(struct ng_gpu *gpu, const void *data, uint64_t size, struct ng_frame_range *out)
+{
+    NG_TRY(ng_frame_alloc(gpu, size, out));
+    memcpy(out->mapped, data, (size_t)size);
+    return NG_OK;
+}

@@ -48,6 +48,9 @@ struct ng_frame_range {
     VkDeviceAddress address;
 };
 NG_NODISCARD ng_result ng_frame_alloc(struct ng_gpu *gpu, uint64_t size, struct ng_frame_range *out);
+// The same, with `data` in it.
+NG_NODISCARD ng_result ng_frame_put(struct ng_gpu *gpu, const void *data, uint64_t size,
+                                    struct ng_frame_range *out);
 
 // Commands outside a frame, run at once: for tools and tests.
 NG_NODISCARD ng_result ng_immediate_begin(struct ng_gpu *gpu, struct ng_cmd **cmd);

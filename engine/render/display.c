@@ -72,13 +72,13 @@ static ng_result make_tonemap(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
                                                TEXTURE(1),
                                                TEXTURE(2),
                                                TEXTURE(3),
-                                               TEXTURE(4)};
+                                               TEXTURE(4),
+                                               {.binding = 5, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}};
     return ng_fullscreen_create(gpu,
                                 &(struct ng_gpu_graphics_params){.name = "tone map",
                                                                  .fragment = NG_SPIRV(ng_spv_tonemap_frag),
                                                                  .slots = slots,
                                                                  .slot_count = NG_COUNT(slots),
-                                                                 .push_size = sizeof(struct ng_display_data),
                                                                  .color_formats = {VK_FORMAT_R8G8B8A8_UNORM},
                                                                  .color_count = 1},
                                 out);
@@ -188,18 +188,21 @@ struct tonemap_data {
     const struct ng_display *self;
     struct ng_scene_gpu *scene;
     struct side left, right;
-    struct ng_display_data push;
+    struct ng_display_data shown;
 };
 
 static ng_result tone_map(const struct ng_pass_context *ctx)
 {
     const struct tonemap_data *d = ctx->data;
-    const struct ng_gpu_binding bindings[] = {
-        ng_scene_gpu_view(d->scene, 0), texture_or_black(ctx, d->scene, d->left.map, 1),
-        texture_or_black(ctx, d->scene, d->left.divisor, 2), texture_or_black(ctx, d->scene, d->right.map, 3),
-        texture_or_black(ctx, d->scene, d->right.divisor, 4)};
+    struct ng_frame_range shown;
+    NG_TRY(ng_frame_put(ctx->gpu, &d->shown, sizeof d->shown, &shown));
+    const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(d->scene, 0),
+                                              texture_or_black(ctx, d->scene, d->left.map, 1),
+                                              texture_or_black(ctx, d->scene, d->left.divisor, 2),
+                                              texture_or_black(ctx, d->scene, d->right.map, 3),
+                                              texture_or_black(ctx, d->scene, d->right.divisor, 4),
+                                              ng_pass_range(&shown, 5)};
     NG_TRY(ng_cmd_bind(ctx->cmd, d->self->tonemap, bindings, NG_COUNT(bindings)));
-    ng_cmd_push(ctx->cmd, d->self->tonemap, &d->push, sizeof d->push);
     vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
     return NG_OK;
 }
@@ -232,10 +235,10 @@ static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struc
                                 .scene = frame->scene,
                                 .left = *left,
                                 .right = *right,
-                                .push = {.encoding = left->encoding,
-                                         .other_encoding = right->encoding,
-                                         .comparison = shown->comparison,
-                                         .divider = shown->divider * (float)frame->width}};
+                                .shown = {.encoding = left->encoding,
+                                          .other_encoding = right->encoding,
+                                          .comparison = shown->comparison,
+                                          .divider = shown->divider * (float)frame->width}};
     struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "tone map",
                                                                          .kind = NG_PASS_RASTER,
                                                                          .run = tone_map,

@@ -2,6 +2,8 @@
 // camera's: so that front faces have the same order on screen everywhere.
 #include "render/light_gpu.h"
 
+#include "render/passes.h"
+
 #include <cglm/cglm.h>
 #include <string.h>
 
@@ -263,19 +265,12 @@ void ng_light_gpu_set_face_size(struct ng_light_gpu *l, uint32_t face_size)
 
 // ---- Buffers ---------------------------------------------------------------------------------------------
 
-static ng_result put(struct ng_gpu *gpu, const void *data, size_t size, struct ng_frame_range *out)
-{
-    NG_TRY(ng_frame_alloc(gpu, size, out));
-    memcpy(out->mapped, data, size);
-    return NG_OK;
-}
-
 ng_result ng_light_gpu_record(struct ng_gpu *gpu, struct ng_light_gpu *l)
 {
-    NG_TRY(put(gpu, &l->data, sizeof l->data, &l->data_range));
-    NG_TRY(put(gpu, l->vpls, sizeof l->vpls, &l->vpl_range));
-    NG_TRY(put(gpu, l->depth_views, sizeof l->depth_views, &l->depth_view_range));
-    return put(gpu, l->rsm_views, sizeof l->rsm_views, &l->rsm_view_range);
+    NG_TRY(ng_frame_put(gpu, &l->data, sizeof l->data, &l->data_range));
+    NG_TRY(ng_frame_put(gpu, l->vpls, sizeof l->vpls, &l->vpl_range));
+    NG_TRY(ng_frame_put(gpu, l->depth_views, sizeof l->depth_views, &l->depth_view_range));
+    return ng_frame_put(gpu, l->rsm_views, sizeof l->rsm_views, &l->rsm_view_range);
 }
 
 void ng_light_gpu_bindings(const struct ng_light_gpu *l, bool rsm, struct ng_gpu_binding out[3])
@@ -283,8 +278,5 @@ void ng_light_gpu_bindings(const struct ng_light_gpu *l, bool rsm, struct ng_gpu
     const struct ng_frame_range *ranges[3] = {rsm ? &l->rsm_view_range : &l->depth_view_range, &l->data_range,
                                               &l->vpl_range};
     for (uint32_t i = 0; i < 3; i++)
-        out[i] = (struct ng_gpu_binding){.binding = 7 + i,
-                                         .buffer = ranges[i]->buffer,
-                                         .offset = ranges[i]->offset,
-                                         .range = ranges[i]->size};
+        out[i] = ng_pass_range(ranges[i], 7 + i);
 }

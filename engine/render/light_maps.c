@@ -86,7 +86,7 @@ static ng_result make_surface(struct ng_gpu *gpu, bool textured, struct ng_gpu_p
         {.binding = 1, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
         {.binding = 2, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
         {.binding = 7, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
-        {.binding = 8, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+        {.binding = 8, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
         {.binding = 9, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
         NG_MATERIAL_SLOTS,
     };

@@ -32,7 +32,7 @@ static ng_result make_visibility(struct ng_gpu *gpu, struct ng_gpu_pipeline **ou
                                                TEXTURE(3),
                                                TEXTURE(4),
                                                TEXTURE(5),
-                                               {.binding = 8, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER}};
+                                               {.binding = 8, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}};
     return ng_fullscreen_create(gpu,
                                 &(struct ng_gpu_graphics_params){.name = "visibility",
                                                                  .fragment = NG_SPIRV(ng_spv_visibility_frag),
@@ -52,7 +52,7 @@ static ng_result make_direct(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
         TEXTURE(3),
         TEXTURE(4),
         TEXTURE(5),
-        {.binding = 8, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+        {.binding = 8, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
         {.binding = 9, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
     };
     return ng_fullscreen_create(

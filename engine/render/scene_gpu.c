@@ -8,6 +8,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "gpu/transfer.h"
+#include "render/passes.h"
 
 #include <cglm/cglm.h>
 #include <stdlib.h>
@@ -503,8 +504,7 @@ static struct ng_material_data material_data(const struct ng_snapshot_material *
 static ng_result write_frame(struct ng_scene_gpu *s)
 {
     const struct ng_snapshot *n = s->snapshot;
-    NG_TRY(ng_frame_alloc(s->gpu, sizeof s->view, &s->view_range));
-    memcpy(s->view_range.mapped, &s->view, sizeof s->view);
+    NG_TRY(ng_frame_put(s->gpu, &s->view, sizeof s->view, &s->view_range));
 
     size_t instances = s->order.count ? s->order.count : 1,
            materials = n->material_count ? n->material_count : 1;
@@ -556,25 +556,19 @@ const float *ng_scene_gpu_camera(const struct ng_scene_gpu *s)
     return s->view.view_projection;
 }
 
-static struct ng_gpu_binding range_binding(const struct ng_frame_range *r, uint32_t binding)
-{
-    return (struct ng_gpu_binding){
-        .binding = binding, .buffer = r->buffer, .offset = r->offset, .range = r->size};
-}
-
 struct ng_gpu_binding ng_scene_gpu_view(const struct ng_scene_gpu *s, uint32_t binding)
 {
-    return range_binding(&s->view_range, binding);
+    return ng_pass_range(&s->view_range, binding);
 }
 
 struct ng_gpu_binding ng_scene_gpu_instances(const struct ng_scene_gpu *s, uint32_t binding)
 {
-    return range_binding(&s->instance_range, binding);
+    return ng_pass_range(&s->instance_range, binding);
 }
 
 struct ng_gpu_binding ng_scene_gpu_materials(const struct ng_scene_gpu *s, uint32_t binding)
 {
-    return range_binding(&s->material_range, binding);
+    return ng_pass_range(&s->material_range, binding);
 }
 
 // ---- Drawing ---------------------------------------------------------------------------------------------

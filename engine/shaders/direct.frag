@@ -11,12 +11,14 @@ layout(set = 0, binding = 2) uniform sampler2D normal_map;
 layout(set = 0, binding = 3) uniform sampler2D diffuse_map;
 layout(set = 0, binding = 4) uniform sampler2D specular_map;
 layout(set = 0, binding = 5) uniform sampler2D visibility_map;
-layout(set = 0, binding = 8, scalar) uniform Light { ng_light_data light; };
+layout(set = 0, binding = 8, scalar) readonly buffer Light { ng_light_data this_light; };
 layout(set = 0, binding = 9, scalar) readonly buffer Vpls { ng_vpl_data vpls[]; };
 
 layout(location = 0) in vec2 in_ndc;
 layout(location = 0) out vec4 out_unshadowed; // added over the lights
 layout(location = 1) out vec4 out_direct;
+
+ng_light_data light; // read once, not in each turn of a loop
 
 #include "geometry.glsl"
 #include "light.glsl"
@@ -46,6 +48,7 @@ void main()
     out_unshadowed = out_direct = vec4(0);
     if (position.w == 0)
         return;
+    light = this_light;
     vec4 normal_roughness = texelFetch(normal_map, at, 0);
     vec4 diffuse = texelFetch(diffuse_map, at, 0);
     vec4 specular = texelFetch(specular_map, at, 0);

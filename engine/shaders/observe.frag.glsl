@@ -3,7 +3,7 @@
 #include "surface.frag.glsl"
 
 layout(set = 0, binding = 7, scalar) readonly buffer Views { ng_light_view_data views[]; };
-layout(set = 0, binding = 8, scalar) uniform Light { ng_light_data light; };
+layout(set = 0, binding = 8, scalar) readonly buffer Light { ng_light_data light; };
 layout(set = 0, binding = 9, scalar) readonly buffer Vpls { ng_vpl_data vpls[]; };
 layout(push_constant, scalar) uniform Push { uint layer; } push;
 

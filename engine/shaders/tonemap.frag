@@ -13,7 +13,7 @@ layout(set = 0, binding = 1) uniform sampler2D left_map;
 layout(set = 0, binding = 2) uniform sampler2D left_divisor_map;
 layout(set = 0, binding = 3) uniform sampler2D right_map;
 layout(set = 0, binding = 4) uniform sampler2D right_divisor_map;
-layout(push_constant, scalar) uniform Push { ng_display_data display; };
+layout(set = 0, binding = 5, scalar) readonly buffer Shown { ng_display_data display; };
 
 layout(location = 0) in vec2 in_ndc;
 layout(location = 0) out vec4 out_color;

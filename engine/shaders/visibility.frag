@@ -14,10 +14,12 @@ layout(set = 0, binding = 1) uniform sampler2D position_map;
 layout(set = 0, binding = 3) uniform sampler2D diffuse_map;
 layout(set = 0, binding = 4) uniform sampler2D specular_map;
 layout(set = 0, binding = 5) uniform sampler2DArray depth_map;
-layout(set = 0, binding = 8, scalar) uniform Light { ng_light_data light; };
+layout(set = 0, binding = 8, scalar) readonly buffer Light { ng_light_data this_light; };
 
 layout(location = 0) in vec2 in_ndc;
 layout(location = 0) out float out_visibility;
+
+ng_light_data light; // read once, not in each turn of a loop
 
 #include "geometry.glsl"
 
@@ -67,7 +69,7 @@ float blocker_in_cube(vec3 p, receiver r)
 float blocker_in_windows(vec3 p, receiver r)
 {
     for (uint i = 0; i < light.window_count; i++) {
-        vec4 w = light.windows[i];
+        vec4 w = this_light.windows[i];
         vec2 xy = vec2(p.y - w.x, w.y - p.z) / w.z;
         if (max(abs(xy.x), abs(xy.y)) > 1)
             continue;
@@ -154,6 +156,7 @@ void main()
     out_visibility = 1;
     if (position.w == 0)
         return;
+    light = this_light;
     receiver r;
     r.position = to_light_frame(position.xyz - light.proxy);
     r.normal = to_light_frame(flat_normal(texelFetch(diffuse_map, at, 0).w, texelFetch(specular_map, at, 0).w));

@@ -2,6 +2,7 @@
 //
 // The stage: a room, 4 x 4 x 4 m around the origin, of six one-sided quads that face inwards, grey. Tests add
 // a light, an occluder, a camera.
+#define _POSIX_C_SOURCE 200809L // setenv, mkdtemp
 #include "gpu_test.h"
 
 #include "asset/assets.h"
@@ -9,17 +10,21 @@
 #include "components/light_directional.h"
 #include "components/light_point.h"
 #include "components/light_rectangle.h"
+#include "components/light_spot.h"
 #include "gpu/frame.h"
 #include "graph/graph.h"
 #include "render/renderer.h"
 #include "shaders/shared/brdf.h"
 #include "shaders/shared/tonemap.h"
 
+#include <dirent.h>
 #include <math.h>
+#include <stdlib.h>
+#include <sys/stat.h>
 
 #define SIZE   64u
 #define QUADS  8
-#define LIGHTS 2
+#define LIGHTS 4
 #define WALL   0.5f
 #define PI     3.14159265358979f
 
@@ -748,6 +753,88 @@ static void the_face_size_falls_with_the_budget(void **state)
     assert_int_equal(ng_light_maps_face_size(1, 1), 64);
 }
 
+// ---- lavapipe's cache of shaders ------------------------------------------------------------------------
+
+static int files_below(const char *folder)
+{
+    int count = 0;
+    DIR *dir = opendir(folder);
+    for (const struct dirent *e; dir && (e = readdir(dir));) {
+        char path[4096];
+        struct stat status;
+        snprintf(path, sizeof path, "%s/%s", folder, e->d_name);
+        if (e->d_name[0] != '.' && stat(path, &status) == 0)
+            count += S_ISDIR(status.st_mode) ? files_below(path) : 1;
+    }
+    if (dir)
+        closedir(dir);
+    return count;
+}
+
+// Frame `n` of a scene in which every number changes, and the number of lights.
+static void change_everything(struct stage *s, int n)
+{
+    const float t = (float)n / 20;
+    float m[16];
+    while (s->snapshot.light_count)
+        ng_light_finish(&s->lights[--s->snapshot.light_count].source);
+    add_point(s, t, 1, -t, 1 + t);
+    identity(m);
+    m[12] = -t;
+    if (n % 3 == 1)
+        add_light(
+            s, NG_LIGHT_SPOT,
+            &(struct ng_light_spot){.on = true, .color = {1, t, 1}, .intensity = 3, .outer_angle = 0.3f + t},
+            sizeof(struct ng_light_spot), m);
+    if (n % 3 == 2)
+        add_light(
+            s, NG_LIGHT_RECTANGLE,
+            &(struct ng_light_rectangle){.on = true, .color = {1, 1, 1}, .radiance = t, .size = {0.2f, t}},
+            sizeof(struct ng_light_rectangle), m);
+    if (n > 10)
+        add_light(s, NG_LIGHT_DIRECTIONAL,
+                  &(struct ng_light_directional){.on = true, .color = {1, 1, 1}, .irradiance = t},
+                  sizeof(struct ng_light_directional), m);
+    s->materials[0].base_color[0] = s->materials[1].roughness = 0.1f + t / 2;
+    s->materials[1].emission[1] = t;
+    s->materials[1].double_sided = n % 2;
+    s->snapshot.camera.exposure = 1 + t;
+    s->snapshot.camera.fov_y = 1 + t / 2;
+    set_camera(s, t, 0, 1);
+    s->render.shown.divider = t;
+}
+
+// Draws so many frames on a device whose shaders are cached in `folder`; the files that are there then.
+static int files_after(const char *folder, int frames)
+{
+    void *state;
+    assert_int_equal(setenv("MESA_SHADER_CACHE_DIR", folder, 1), 0);
+    begin(&state);
+    struct stage *s = state;
+    add_quad(s, 1, (const float[]){0, -0.5f, -0.5f}, (const float[]){0, 1, 0}, 0.4f);
+    s->render.shown.comparison = NG_COMPARE_SPLIT;
+    for (int n = 0; n < frames; n++) {
+        change_everything(s, n);
+        draw(s);
+    }
+    end(&state);
+    assert_int_equal(unsetenv("MESA_SHADER_CACHE_DIR"), 0);
+    return files_below(folder);
+}
+
+// Lavapipe compiles shaders anew for each value of a uniform that they branch on (render/passes.h).
+static void frames_of_new_numbers_compile_no_shader(void **state)
+{
+    NG_UNUSED(state);
+    char folder[512];
+    test_path(folder, sizeof folder, "shaders.XXXXXX");
+    assert_non_null(mkdtemp(folder));
+    if (!files_after(folder, 2))
+        skip();                       // a driver that keeps its shaders elsewhere
+    int few = files_after(folder, 2); // Mesa may have left one out while the folder was new
+    assert_int_equal(files_after(folder, 20), few);
+}
+
 #define T(name) cmocka_unit_test_setup_teardown(name, begin, end)
 
 int main(void)
@@ -767,6 +854,7 @@ int main(void)
         T(lights_add_up_and_names_may_clash),
         T(the_display_is_the_tone_map_of_beauty),
         T(any_layer_can_be_shown_and_compared),
+        cmocka_unit_test(frames_of_new_numbers_compile_no_shader),
         cmocka_unit_test(pictures_do_not_depend_on_culling_or_aliasing),
         T(cascades_keep_shadows_sharp_in_large_scenes),
         T(steady_frames_create_nothing),
