@@ -36,10 +36,13 @@ void ng_camera_controller_look(struct ng_camera_controller *c, const float matri
 {
     vec3 ahead = {-matrix[8], -matrix[9], -matrix[10]};
     glm_vec3_normalize(ahead);
+    vec3 right = {matrix[0], matrix[1], matrix[2]}, up = {matrix[4], matrix[5], matrix[6]}, across;
+    glm_vec3_cross(up, ahead, across); // against the right, unless a mirror is between
     *c = (struct ng_camera_controller){
         .eye = {matrix[12], matrix[13], matrix[14]},
         .distance = glm_max(distance, DISTANCE_MIN),
         .speed = glm_max(distance, DISTANCE_MIN),
+        .mirrors = glm_vec3_dot(across, right) > 0,
     };
     // Straight up or down has no direction on the ground: take it from where the top of the image points.
     bool vertical = fabsf(ahead[1]) > 0.9999f;
@@ -84,23 +87,23 @@ static float axis(const struct ng_input *input, char positive, char negative)
 void ng_camera_controller_update(struct ng_camera_controller *c, const struct ng_input *input, float height,
                                  float seconds)
 {
-    float by = 1 / glm_max(height, 1), angle = -DRAG_ANGLE * by;
+    float by = 1 / glm_max(height, 1), angle = -DRAG_ANGLE * by, side = c->mirrors ? -1.0f : 1.0f;
     const float *orbit = input->drag[NG_BUTTON_LEFT], *turn = input->drag[NG_BUTTON_RIGHT];
     const float *slide = input->drag[NG_BUTTON_MIDDLE];
     if (orbit[0] != 0 || orbit[1] != 0) // turning by nothing would still round the eye, frame after frame
-        ng_camera_controller_orbit(c, orbit[0] * angle, orbit[1] * angle);
-    ng_camera_controller_turn(c, turn[0] * angle, turn[1] * angle);
-    ng_camera_controller_move(c, -slide[0] * by * c->distance, slide[1] * by * c->distance, 0);
+        ng_camera_controller_orbit(c, orbit[0] * angle * side, orbit[1] * angle);
+    ng_camera_controller_turn(c, turn[0] * angle * side, turn[1] * angle);
+    ng_camera_controller_move(c, -slide[0] * by * c->distance * side, slide[1] * by * c->distance, 0);
     if (input->scroll != 0)
         ng_camera_controller_zoom(c, input->scroll);
     float step = c->speed * seconds * (input->down[NG_KEY_SHIFT] ? FLY_FAST : 1);
-    ng_camera_controller_move(c, axis(input, 'D', 'A') * step, axis(input, 'E', 'Q') * step,
+    ng_camera_controller_move(c, axis(input, 'D', 'A') * step * side, axis(input, 'E', 'Q') * step,
                               axis(input, 'W', 'S') * step);
 }
 
 struct ng_transform ng_camera_controller_transform(const struct ng_camera_controller *c)
 {
-    struct ng_transform t = {.scale = {1, 1, 1}};
+    struct ng_transform t = {.scale = {c->mirrors ? -1.0f : 1.0f, 1, 1}};
     rotation(c, t.rotation);
     glm_vec3_copy((float *)c->eye, t.translation);
     return t;

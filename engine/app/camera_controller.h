@@ -14,16 +14,17 @@ struct ng_camera_controller {
     float yaw, pitch; // radians; 0, 0 looks along -Z; yaw turns to the left, pitch up
     float distance;   // metres to the point that orbits turn about
     float speed;      // of flight, metres a second
+    bool mirrors;     // shows what a mirror would: left and right are exchanged on screen
 };
 
-// Takes over the view of a camera-to-world matrix (column-major; roll is dropped), turning about the point
-// `distance` metres ahead.
+// Takes over the view of a camera-to-world matrix (column-major; roll is dropped, a mirror stays), turning
+// about the point `distance` metres ahead.
 void ng_camera_controller_look(struct ng_camera_controller *c, const float matrix[16], float distance);
 
 // Angles in radians. The pitch stops short of the poles.
 void ng_camera_controller_orbit(struct ng_camera_controller *c, float yaw, float pitch);
 void ng_camera_controller_turn(struct ng_camera_controller *c, float yaw, float pitch);
-// Moves eye and point: metres right, up and ahead in the camera's own directions.
+// Moves eye and point: metres right, up and ahead in the camera's own directions, which no mirror exchanges.
 void ng_camera_controller_move(struct ng_camera_controller *c, float right, float up, float ahead);
 // Brings the eye nearer to the point (positive) or away, a tenth of the distance a step.
 void ng_camera_controller_zoom(struct ng_camera_controller *c, float steps);

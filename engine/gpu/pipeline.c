@@ -200,7 +200,7 @@ struct graphics_state {
     VkPipelineDepthStencilStateCreateInfo depth;
     VkPipelineColorBlendAttachmentState blends[NG_GPU_MAX_COLOR];
     VkPipelineColorBlendStateCreateInfo blend;
-    VkDynamicState dynamics[3];
+    VkDynamicState dynamics[4];
     VkPipelineDynamicStateCreateInfo dynamic;
     VkPipelineRenderingCreateInfo rendering;
 };
@@ -250,9 +250,10 @@ static void fill_raster(const struct ng_gpu *gpu, const struct ng_gpu_graphics_p
     s->dynamics[0] = VK_DYNAMIC_STATE_VIEWPORT;
     s->dynamics[1] = VK_DYNAMIC_STATE_SCISSOR;
     s->dynamics[2] = VK_DYNAMIC_STATE_CULL_MODE;
+    s->dynamics[3] = VK_DYNAMIC_STATE_FRONT_FACE;
     s->dynamic =
         (VkPipelineDynamicStateCreateInfo){.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,
-                                           .dynamicStateCount = p->dynamic_cull ? 3 : 2,
+                                           .dynamicStateCount = p->dynamic_cull ? 4 : 2,
                                            .pDynamicStates = s->dynamics};
 }
 

@@ -6,7 +6,6 @@
 #include "base/log.h"
 #include "components/camera.h"
 #include "components/name.h"
-#include "components/placement.h"
 #include "components/scene_scale.h"
 #include "render/extract_internal.h"
 
@@ -153,10 +152,8 @@ static void guess_scale(struct ng_extractor *x)
     for (size_t i = 0; i < x->pieces.count; i++) {
         const struct ng_snapshot_instance *instance = &x->instances.items[i];
         for (int k = 0; k < 3; k++) {
-            float from = ng_keep_within(instance->bounds_min[k], NG_PLACEMENT_MAX),
-                  to = ng_keep_within(instance->bounds_max[k], NG_PLACEMENT_MAX);
-            low[k] = i && low[k] < from ? low[k] : from;
-            high[k] = i && high[k] > to ? high[k] : to;
+            low[k] = i && low[k] < instance->bounds_min[k] ? low[k] : instance->bounds_min[k];
+            high[k] = i && high[k] > instance->bounds_max[k] ? high[k] : instance->bounds_max[k];
         }
     }
     glm_vec3_center(low, high, x->snapshot.scene_center);
@@ -187,18 +184,34 @@ static ng_entity find_camera(struct ng_extractor *x, const char *wanted)
     return best;
 }
 
-// World to camera of a placement whose scale does not matter; one that is flat looks along -Z.
+// World to camera of a placement: scale and shear do not matter to a camera, but a mirror shows what mirrors
+// show. Looks along -Z; where Y does not say what is up, anything is.
 static void view_of(const float placement[16], float view[16], float position[3])
 {
     mat4 m;
+    vec3 x, y, z;
     memcpy(m, placement, sizeof m);
-    for (int i = 0; i < 3; i++)
-        glm_vec3_normalize(m[i]);
     memcpy(position, m[3], 3 * sizeof(float));
-    if (!(fabsf(glm_mat4_det(m)) > 1e-6f))
-        glm_translate_make(m, position);
-    glm_mat4_inv(m, m);
-    memcpy(view, m, sizeof m);
+    glm_vec3_cross(m[0], m[1], x);
+    bool mirrors = glm_vec3_dot(x, m[2]) < 0;
+    glm_vec3_normalize_to(m[2], z);
+    if (!(glm_vec3_norm2(z) > 0))
+        z[2] = 1;
+    glm_vec3_normalize_to(m[1], y);
+    glm_vec3_muladds(z, -glm_vec3_dot(y, z), y);
+    if (!(glm_vec3_norm2(y) > 1e-12f))
+        glm_vec3_ortho(z, y);
+    glm_vec3_normalize(y);
+    glm_vec3_cross(y, z, x);
+    glm_vec3_scale(x, mirrors ? -1.0f : 1.0f, x);
+    const float *rows[3] = {x, y, z};
+    memset(view, 0, sizeof m);
+    for (int row = 0; row < 3; row++) {
+        for (int c = 0; c < 3; c++)
+            view[c * 4 + row] = rows[row][c];
+        view[12 + row] = -glm_vec3_dot((float *)rows[row], position);
+    }
+    view[15] = 1;
 }
 
 static void read_camera(struct ng_extractor *x, ng_entity e, bool still)

@@ -145,6 +145,7 @@ static ng_result draw_bare(const struct ng_pass_context *ctx)
                                                       .bindings = bindings,
                                                       .binding_count = NG_COUNT(bindings),
                                                       .view_projection = ng_scene_gpu_camera(scene),
+                                                      .mirrors = ng_scene_gpu_camera_mirrors(scene),
                                                       .skip_light = NG_NONE,
                                                       .cull_back = true});
 }

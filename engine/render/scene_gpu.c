@@ -556,6 +556,15 @@ const float *ng_scene_gpu_camera(const struct ng_scene_gpu *s)
     return s->view.view_projection;
 }
 
+bool ng_scene_gpu_camera_mirrors(const struct ng_scene_gpu *s)
+{
+    mat4 view;
+    memcpy(view, s->snapshot->camera.view, sizeof view);
+    vec3 normal;
+    glm_vec3_cross(view[0], view[1], normal);
+    return glm_vec3_dot(normal, view[2]) < 0;
+}
+
 struct ng_gpu_binding ng_scene_gpu_view(const struct ng_scene_gpu *s, uint32_t binding)
 {
     return ng_pass_range(&s->view_range, binding);
@@ -626,6 +635,8 @@ static ng_result set_pipeline(struct draw_state *d, const struct ng_gpu_pipeline
     if (d->pipeline == pipeline)
         return NG_OK;
     NG_TRY(ng_cmd_bind(d->cmd, pipeline, d->params->bindings, d->params->binding_count));
+    vkCmdSetFrontFace(d->cmd->handle,
+                      d->params->mirrors ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
     if (d->params->push_size)
         ng_cmd_push(d->cmd, pipeline, d->params->push, d->params->push_size);
     d->pipeline = pipeline;

@@ -45,8 +45,9 @@ void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_gra
 struct ng_gpu_binding ng_scene_gpu_view(const struct ng_scene_gpu *scene, uint32_t binding);
 struct ng_gpu_binding ng_scene_gpu_instances(const struct ng_scene_gpu *scene, uint32_t binding);
 struct ng_gpu_binding ng_scene_gpu_materials(const struct ng_scene_gpu *scene, uint32_t binding);
-// View-projection of the camera, column-major; for ng_draw_params.
+// View-projection of the camera, column-major, and whether it mirrors; for ng_draw_params.
 const float *ng_scene_gpu_camera(const struct ng_scene_gpu *scene);
+bool ng_scene_gpu_camera_mirrors(const struct ng_scene_gpu *scene);
 // Image of the snapshot as a sampled texture; NG_NONE: white.
 struct ng_gpu_binding ng_scene_gpu_image(const struct ng_scene_gpu *scene, uint32_t image, uint32_t binding);
 
@@ -66,6 +67,7 @@ struct ng_draw_params {
     const void *push; // push constants, for both pipelines
     uint32_t push_size;
     const float *view_projection; // instances outside of it are not drawn
+    bool mirrors;                 // the view is a mirror's: front faces turn the other way on screen
     uint32_t skip_light;          // emitters in the place of this light are not drawn; NG_NONE: all are
     bool cull_back;               // one-sided surfaces are seen from the front only
 };

@@ -450,6 +450,9 @@ static ng_result place_camera(const struct lf_variations *self, const struct ite
             eye[k] = (float)draw(rng, (double)v->min[k], (double)v->max[k]);
         for (int k = 0; k < 3; k++)
             at[k] = (float)draw(rng, (double)v->look_min[k], (double)v->look_max[k]);
+        // Its scale says no more of a camera than whether it mirrors; -Z has to look ahead.
+        bool mirrors = (t.scale[0] < 0) ^ (t.scale[1] < 0) ^ (t.scale[2] < 0);
+        glm_vec3_copy((vec3){mirrors ? -1.0f : 1.0f, 1, 1}, t.scale);
         bool good = look_at(eye, at, &t);
         glm_quat_rotatev(t.rotation, (vec3){0, 0, -1}, forward);
         if (good && p->judge)

@@ -59,6 +59,40 @@ static void turn_normals(struct ng_stage *stage)
             ((float *)s->meshes[i].normals)[k] *= -1;
 }
 
+// The camera behind every mirror that there is: its own scale, and a parent that also shears.
+static void scale_camera(struct ng_stage *stage, float x, float y, float z)
+{
+    OK(ng_stage_seek(stage, 0, NULL));
+    float *scale =
+        ((struct ng_transform *)ng_world_edit(stage->world, stage->scene.camera, NG_TRANSFORM))->scale;
+    scale[0] = x, scale[1] = y, scale[2] = z;
+}
+
+static void mirror_camera(struct ng_stage *stage)
+{
+    scale_camera(stage, -1, 1, 1);
+}
+
+static void mirror_camera_upwards(struct ng_stage *stage)
+{
+    scale_camera(stage, 1, -3, 1);
+}
+
+static void turn_camera(struct ng_stage *stage)
+{
+    scale_camera(stage, -0.5f, -2, 1);
+}
+
+static void mirror_parent_of_camera(struct ng_stage *stage)
+{
+    OK(ng_stage_seek(stage, 0, NULL));
+    ng_entity parent = ng_entity_create(stage->world);
+    OK(ng_world_add(
+        stage->world, parent, NG_TRANSFORM,
+        &(struct ng_transform){.rotation = {0, 0, 0.3826834f, 0.9238795f}, .scale = {-1, 1.3f, 1}}));
+    OK(ng_world_set_parent(stage->world, stage->scene.camera, parent, (ng_entity){0}));
+}
+
 // `change` may be null: the scene as it is.
 static void compare(const char *path, int side, void (*change)(struct ng_stage *))
 {
@@ -107,6 +141,14 @@ static void compare(const char *path, int side, void (*change)(struct ng_stage *
     ng_stage_destroy(&stage);
 }
 
+static void compare_cameras(const char *path)
+{
+    static void (*const changes[])(struct ng_stage *) = {mirror_camera, mirror_camera_upwards, turn_camera,
+                                                         mirror_parent_of_camera};
+    for (size_t i = 0; i < NG_COUNT(changes); i++)
+        compare(path, 96, changes[i]);
+}
+
 static void test_layers_equal_the_rasterizers(void **state)
 {
     (void)state;
@@ -125,6 +167,8 @@ static void test_layers_equal_the_rasterizers(void **state)
     }
     compare("content/unit/normal_map.glb", 384, mirror_normal_maps);
     compare("content/unit/light_point.glb", 96, turn_normals);
+    compare_cameras("content/unit/double_sided.glb");
+    compare_cameras("content/unit/mirrored.glb");
 }
 
 // Pixels that a thing crosses between two frames, as both methods see it.

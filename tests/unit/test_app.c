@@ -20,6 +20,24 @@ static void assert_near3(const float a[3], float x, float y, float z)
 }
 
 // Where a camera that carries this transform looks.
+// Exchanges left and right: what a person pulls to the right goes to the right on screen.
+static void a_mirrored_camera_stays_mirrored(void **state)
+{
+    NG_UNUSED(state);
+    const float looking_back[16] = {[0] = 1, [5] = 1, [10] = -1, [15] = 1};
+    struct ng_camera_controller c;
+    ng_camera_controller_look(&c, looking_back, 2);
+    struct ng_transform t = ng_camera_controller_transform(&c);
+    assert_true(t.scale[0] < 0 && t.scale[1] > 0 && t.scale[2] > 0);
+    vec3 forward, right;
+    glm_quat_rotatev(t.rotation, (vec3){0, 0, -1}, forward);
+    glm_quat_rotatev(t.rotation, (vec3){t.scale[0], 0, 0}, right);
+    assert_true(forward[2] > 0.999f && right[0] > 0.999f);
+    struct ng_input input = {.down = {['D'] = true}};
+    ng_camera_controller_update(&c, &input, 100, 1);
+    assert_true(c.eye[0] > 0);
+}
+
 static void ahead(const struct ng_camera_controller *c, vec3 out)
 {
     struct ng_transform t = ng_camera_controller_transform(c);
@@ -158,6 +176,7 @@ static void clock_wraps_and_pauses(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_mirrored_camera_stays_mirrored),
         cmocka_unit_test(orbit_keeps_the_point_in_the_middle),
         cmocka_unit_test(orbit_stops_short_of_the_poles),
         cmocka_unit_test(look_takes_over_a_camera),
