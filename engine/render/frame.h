@@ -45,7 +45,7 @@ struct ng_gbuffer {
     struct ng_graph_ref normal;   // RGBA16F: shading normal, world; w: roughness
     struct ng_graph_ref diffuse;  // RGBA16F: diffuse albedo; w: x of the octahedral geometric normal
     struct ng_graph_ref specular; // RGBA16F: F0; w: y of the octahedral geometric normal
-    struct ng_graph_ref emission; // RGBA16F: emitted radiance, the environment's too
+    struct ng_graph_ref emission; // RGBA32F: emitted radiance, the environment's too
     struct ng_graph_ref motion;   // RG32F: pixels, now - before
     struct ng_graph_ref entity;   // R32_UINT: index half of the entity's id
     struct ng_graph_ref depth;    // D32F: reverse-Z

@@ -30,7 +30,7 @@ static const struct {
     {"gbuffer/normal", VK_FORMAT_R16G16B16A16_SFLOAT},
     {"gbuffer/diffuse", VK_FORMAT_R16G16B16A16_SFLOAT},
     {"gbuffer/specular", VK_FORMAT_R16G16B16A16_SFLOAT},
-    {"gbuffer/emission", VK_FORMAT_R16G16B16A16_SFLOAT},
+    {"gbuffer/emission", VK_FORMAT_R32G32B32A32_SFLOAT},
     {"gbuffer/motion", VK_FORMAT_R32G32_SFLOAT},
     {"gbuffer/entity", VK_FORMAT_R32_UINT},
 };
@@ -109,7 +109,7 @@ static ng_result make_background_pipeline(struct ng_gpu *gpu, struct ng_gpu_pipe
                                          .slots = slots,
                                          .slot_count = NG_COUNT(slots),
                                          .push_size = sizeof(struct background_push),
-                                         .color_formats = {VK_FORMAT_R16G16B16A16_SFLOAT},
+                                         .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT},
                                          .color_count = 1,
                                          .depth_format = VK_FORMAT_D32_SFLOAT,
                                          .depth_test = true},

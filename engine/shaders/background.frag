@@ -21,5 +21,5 @@ void main()
     vec3 m = vec3(dot(push.world_to_map[0].xyz, d), dot(push.world_to_map[1].xyz, d), dot(push.world_to_map[2].xyz, d));
     // Map centre looks along -Z, x grows to the right of it; row 0 is +Y.
     vec2 uv = vec2(0.5 + atan(m.x, -m.z) * 0.15915494, acos(clamp(m.y, -1.0, 1.0)) * 0.31830989);
-    out_emission = vec4(min(textureLod(map, uv, 0).rgb * push.radiance, 65504.0), 0);
+    out_emission = vec4(min(textureLod(map, uv, 0).rgb * push.radiance, NG_RADIANCE_MAX), 0);
 }

@@ -46,7 +46,7 @@ void main()
     out_normal = vec4(s.normal, s.roughness);
     out_diffuse = vec4(s.diffuse, o.x);
     out_specular = vec4(s.f0, o.y);
-    out_emission = vec4(min(s.emission, 65504.0), 0);
+    out_emission = vec4(min(s.emission, NG_RADIANCE_MAX), 0);
 #ifdef NG_MOVING
     vec3 previous = in_previous;
 #else

@@ -160,16 +160,16 @@ static size_t frame_pixel(const struct job *job, const struct crop *c, size_t i)
 
 static ng_result write_emission(const struct job *job)
 {
-    uint16_t *to = add_planes(job, "gbuffer.emission", LF_F16, 3);
+    float *to = add_planes(job, "gbuffer.emission", LF_F32, 3);
     size_t n = plane(job);
     if (!to)
         return NG_ERROR_MEMORY;
     for (uint32_t k = 0; k < job->params->crops; k++)
         for (size_t i = 0; i < n; i++) {
-            const uint16_t *from = job->gbuffer->emission + 4 * frame_pixel(job, &job->crops[k], i);
+            const float *from = job->gbuffer->emission + 4 * frame_pixel(job, &job->crops[k], i);
             for (size_t c = 0; c < 3; c++) {
                 to[(k * 3 + c) * n + i] = from[c];
-                if ((from[c] & 0x7c00) == 0x7c00)
+                if (!isfinite(from[c]))
                     return not_finite(job, "gbuffer.emission",
                                       job->crops[k].x + (uint32_t)(i % job->params->crop),
                                       job->crops[k].y + (uint32_t)(i / job->params->crop));
@@ -464,7 +464,7 @@ static ng_result write_targets(const struct job *job)
 // What pixels take is nearly everything.
 double lf_sample_least_bytes(const struct lf_sample_params *params)
 {
-    uint32_t a_pixel = 3 * (2 * lf_dtype_size(LF_F32) + 2 * lf_dtype_size(LF_F16)); // targets and emission
+    uint32_t a_pixel = 3 * (3 * lf_dtype_size(LF_F32) + lf_dtype_size(LF_F16)); // targets and emission
     for (size_t i = 0; i < NG_COUNT(inputs); i++)
         if (inputs[i].domain == LF_DOMAIN_PIXEL || inputs[i].domain == LF_DOMAIN_VIEW)
             a_pixel += inputs[i].channels * lf_dtype_size(dtype_of(&inputs[i]));

@@ -282,7 +282,7 @@ static bool has_shapes(const struct row *row, uint64_t crops)
         {"target.unshadowed", LF_F32, 4, {crops, 3, s, s}},
         {"target.shadow", LF_F16, 4, {crops, 3, s, s}},
         {"target.indirect", LF_F32, 4, {crops, 3, s, s}},
-        {"gbuffer.emission", LF_F16, 4, {crops, 3, s, s}},
+        {"gbuffer.emission", LF_F32, 4, {crops, 3, s, s}},
         {"pixel.position", LF_F32, 4, {crops, 3, s, s}},
         {"pixel.normal", LF_F16, 4, {crops, 3, s, s}},
         {"pixel.view", LF_F16, 4, {crops, 3, s, s}},

@@ -24,10 +24,10 @@ static void set_surface(const struct lf_space *space, const struct lf_surface *s
     out->roughness = fmaxf(s->roughness, fmaxf(roughness, LEAST_ROUGHNESS));
     if (lf_surface_is_black(s))
         return;
-    for (int c = 0; c < 3; c++) { // as far as the G-buffer's halfs reach
+    for (int c = 0; c < 3; c++) { // reflectances as far as the G-buffer's halfs reach
         out->albedo[c] = fminf(fmaxf(s->albedo[c], 0), LARGEST);
         out->f0[c] = fminf(fmaxf(s->f0[c], 0), LARGEST);
-        out->emission[c] = fminf(fmaxf(s->emission[c], 0), LARGEST);
+        out->emission[c] = lf_finite(fmaxf(s->emission[c], 0));
     }
 }
 

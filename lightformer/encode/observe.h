@@ -45,7 +45,7 @@ struct lf_gbuffer {
     const uint16_t *normal;   // shading normal, world; w: roughness
     const uint16_t *diffuse;  // albedo
     const uint16_t *specular; // F0
-    const uint16_t *emission; // radiance
+    const float *emission;    // radiance
 };
 
 struct lf_observation {

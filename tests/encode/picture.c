@@ -63,18 +63,20 @@ static void draw(struct picture *p, const struct scene *s)
         put(p->normal + 4 * i, at.normal, at.roughness);
         put(p->diffuse + 4 * i, at.albedo, flat[0]);
         put(p->specular + 4 * i, at.f0, flat[1]);
-        put(p->emission + 4 * i, at.emission, 0);
+        memcpy(p->emission + 4 * i, at.emission, sizeof at.emission);
     }
 }
 
 static void resize(struct picture *p, uint32_t width, uint32_t height)
 {
     size_t count = (size_t)width * height * 4;
-    uint16_t **halfs[] = {&p->normal, &p->diffuse, &p->specular, &p->emission};
+    uint16_t **halfs[] = {&p->normal, &p->diffuse, &p->specular};
     p->width = width;
     p->height = height;
     free(p->position);
     p->position = calloc(count, sizeof *p->position);
+    free(p->emission);
+    p->emission = calloc(count, sizeof *p->emission);
     for (size_t i = 0; i < NG_COUNT(halfs); i++) {
         free(*halfs[i]);
         *halfs[i] = calloc(count, sizeof **halfs[i]);

@@ -10,7 +10,8 @@
 struct picture {
     uint32_t width, height, lights;
     float *position;
-    uint16_t *normal, *diffuse, *specular, *emission;
+    uint16_t *normal, *diffuse, *specular;
+    float *emission;
     struct lf_pixel_clues *pixels;
     struct lf_light_clues *light[8];
 };

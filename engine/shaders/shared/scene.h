@@ -7,6 +7,9 @@
 // Side of the small maps (position, normal, flux) of a light, texels.
 #define NG_RSM_SIZE 64
 
+// Where a product of large factors ends: below infinity, so that sums stay numbers.
+#define NG_RADIANCE_MAX 1e38
+
 // The camera of a frame.
 struct ng_view_data {
     NG_MAT4(view_projection);          // world to clip, reverse-Z, infinite far
