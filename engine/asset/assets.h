@@ -38,7 +38,7 @@ struct ng_geometry {
     float *weights;    // [vertex_count][4], sum 1; or null
     uint32_t *indices; // [index_count], a multiple of 3; counter-clockwise is the front
     float bounds_min[3], bounds_max[3];
-    struct ng_cage *cage; // or null
+    struct ng_cage *cage; // or null; without faces: the file's was refused, so the triangles stand alone
 };
 
 enum ng_pixel_format { NG_PIXEL_RGBA8, NG_PIXEL_RGBA8_SRGB, NG_PIXEL_RGBA32F };

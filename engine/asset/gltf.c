@@ -21,14 +21,14 @@ static void log_message(enum ng_log_level level, const struct gltf_loader *l, co
 {
     char text[1024];
     vsnprintf(text, sizeof text, fmt, args);
-    ng_log(level, "%s: %s", l->path, text);
+    ng_log(level, "%s: %s%s%s", l->path, text, l->instead ? "; " : "", l->instead ? l->instead : "");
 }
 
 void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...)
 {
     va_list args;
     va_start(args, fmt);
-    log_message(NG_LOG_ERROR, l, fmt, args);
+    log_message(l->instead ? NG_LOG_WARN : NG_LOG_ERROR, l, fmt, args);
     va_end(args);
 }
 

@@ -1,7 +1,10 @@
 // NG_scene's "cage": the control mesh of a subdivision surface. README.md has the specification.
+#include "asset/geometry.h"
 #include "asset/gltf_loader_internal.h"
+#include "asset/refiner.h"
 #include "base/log.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,15 +16,6 @@ static ng_result read(struct gltf_loader *l, const char *where, const struct glt
     return accessor < 0 ? NG_OK : ng_gltf_read(l, accessor, want, out, count);
 }
 
-static ng_result check_below(const struct gltf_loader *l, const char *where, const char *key,
-                             const uint32_t *items, uint32_t count, uint32_t limit)
-{
-    for (uint32_t i = 0; items && i < count; i++)
-        if (items[i] >= limit)
-            return ng_gltf_error(l, "%s: cage: %s: %u at %u is not below %u", where, key, items[i], i, limit);
-    return NG_OK;
-}
-
 static ng_result read_faces(struct gltf_loader *l, const char *where, const struct gltf_value *v,
                             struct ng_cage *c)
 {
@@ -29,31 +23,17 @@ static ng_result read_faces(struct gltf_loader *l, const char *where, const stru
     NG_TRY(read(l, where, v, "faceSizes", &sizes, &c->face_sizes, &c->face_count));
     if (c->face_count == 0)
         return ng_gltf_error(l, "%s: cage: has no faceSizes", where);
-    uint64_t corners = 0;
-    for (uint32_t i = 0; i < c->face_count; i++) {
-        if (c->face_sizes[i] < 3)
-            return ng_gltf_error(l, "%s: cage: face %u has %u corners, fewer than 3", where, i,
-                                 c->face_sizes[i]);
-        corners += c->face_sizes[i];
-    }
     const struct gltf_want indices = {"cage.faceIndices", GLTF_UNSIGNED, 1u << 1, 0, true};
     NG_TRY(read(l, where, v, "faceIndices", &indices, &c->face_indices, &c->index_count));
-    if (corners != c->index_count)
-        return ng_gltf_error(l, "%s: cage: faceSizes add up to %llu, but there are %u faceIndices", where,
-                             (unsigned long long)corners, c->index_count);
     const struct gltf_want uvs = {"cage.faceUVs", GLTF_QUANTIZED, 1u << 2, c->index_count, false};
     return read(l, where, v, "faceUVs", &uvs, &c->face_uvs, NULL);
 }
 
-static ng_result check_sharpness(const struct gltf_loader *l, const char *where, const char *key,
-                                 const float *sharpness, uint32_t count, uint32_t needed)
+static ng_result check_count(const struct gltf_loader *l, const char *where, const char *key, uint32_t count,
+                             uint32_t needed)
 {
     if (count != needed)
         return ng_gltf_error(l, "%s: cage: %u values of %s where %u are needed", where, count, key, needed);
-    for (uint32_t i = 0; i < count; i++)
-        if (sharpness[i] < 0 || sharpness[i] > 10)
-            return ng_gltf_error(l, "%s: cage: %s: %g at %u is not in 0 to 10", where, key,
-                                 (double)sharpness[i], i);
     return NG_OK;
 }
 
@@ -70,8 +50,8 @@ static ng_result read_creases(struct gltf_loader *l, const char *where, const st
     if (ends % 2 != 0)
         return ng_gltf_error(l, "%s: cage: creaseEdges has an odd number of entries", where);
     c->crease_count = ends / 2;
-    NG_TRY(check_sharpness(l, where, "creaseSharpness", c->crease_sharpness, creases, c->crease_count));
-    return check_sharpness(l, where, "cornerSharpness", c->corner_sharpness, corners, c->corner_count);
+    NG_TRY(check_count(l, where, "creaseSharpness", creases, c->crease_count));
+    return check_count(l, where, "cornerSharpness", corners, c->corner_count);
 }
 
 static ng_result read_vertices(struct gltf_loader *l, const char *where, const struct gltf_value *v,
@@ -82,7 +62,10 @@ static ng_result read_vertices(struct gltf_loader *l, const char *where, const s
     uint32_t mapped = 0;
     NG_TRY(read(l, where, v, "positions", &positions, &c->positions, &c->vertex_count));
     NG_TRY(read(l, where, v, "vertexMap", &map, &c->vertex_map, &mapped));
-    NG_TRY(check_below(l, where, "vertexMap", c->vertex_map, mapped, g->vertex_count));
+    for (uint32_t i = 0; i < mapped; i++)
+        if (c->vertex_map[i] >= g->vertex_count)
+            return ng_gltf_error(l, "%s: cage: vertexMap: %u at %u is not below %u", where, c->vertex_map[i],
+                                 i, g->vertex_count);
     if (!c->vertex_map && (!c->positions || g->joints))
         return ng_gltf_error(l, "%s: cage: needs a vertexMap (%s)", where,
                              g->joints ? "the primitive is skinned" : "it has no positions");
@@ -118,19 +101,47 @@ static ng_result check_members(const struct gltf_loader *l, const char *where, c
     return NG_OK;
 }
 
-ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
-                       struct ng_geometry *g)
+static ng_result check_cage(struct gltf_loader *l, const char *where, const struct ng_cage *c)
 {
+    struct ng_cage_report report;
+    ng_result r = ng_cage_check(c, &report);
+    if (r == NG_ERROR_FORMAT)
+        return ng_gltf_error(l, "%s: cage: %s", where, report.why);
+    if (report.divided_edges)
+        ng_log_warn("%s: %s: cage: the surface is divided along %u edges of more than two faces, or of faces "
+                    "that face opposite ways, as between vertices %u and %u",
+                    l->path, where, report.divided_edges, report.first_edge[0], report.first_edge[1]);
+    return r;
+}
+
+static ng_result read_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
+                           struct ng_geometry *g)
+{
+    struct ng_cage *c = g->cage;
     if (cage->kind != GLTF_OBJECT)
         return ng_gltf_error(l, "%s: cage is not an object", where);
     NG_TRY(check_members(l, where, cage));
-    struct ng_cage *c = g->cage = calloc(1, sizeof *c);
-    if (!c)
-        return ng_out_of_memory(l->path);
     NG_TRY(read_faces(l, where, cage, c));
     NG_TRY(read_creases(l, where, cage, c));
     NG_TRY(read_vertices(l, where, cage, g, c));
-    NG_TRY(check_below(l, where, "faceIndices", c->face_indices, c->index_count, c->vertex_count));
-    NG_TRY(check_below(l, where, "creaseEdges", c->crease_edges, c->crease_count * 2, c->vertex_count));
-    return check_below(l, where, "corners", c->corners, c->corner_count, c->vertex_count);
+    return check_cage(l, where, c);
+}
+
+// A cage that is wrong costs the subdivision, not the scene: an empty one takes its place.
+ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
+                       struct ng_geometry *g)
+{
+    g->cage = calloc(1, sizeof *g->cage);
+    if (!g->cage)
+        return ng_out_of_memory(l->path);
+    char instead[96];
+    snprintf(instead, sizeof instead, "%s is drawn by its triangles", where);
+    l->instead = instead;
+    ng_result r = read_cage(l, where, cage, g);
+    l->instead = NULL;
+    if (r == NG_OK || r == NG_ERROR_MEMORY)
+        return r;
+    ng_cage_free(&g->cage);
+    g->cage = calloc(1, sizeof *g->cage);
+    return g->cage ? NG_OK : ng_out_of_memory(l->path);
 }

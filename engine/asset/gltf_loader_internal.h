@@ -28,6 +28,7 @@ struct gltf_loader {
     struct ng_assets *assets;
     struct ng_gltf_params limits; // defaults filled in
     uint64_t memory;              // of limits.max_memory
+    const char *instead;          // what is done where a part is wrong: errors are warnings then; or null
     struct ng_gltf_scene out;
 
     uint32_t *parents; // [node_count], NG_GLTF_NO_NODE for roots

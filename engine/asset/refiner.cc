@@ -12,12 +12,15 @@ extern "C" {
 #include "components/subdivision.h"
 }
 
+#include "asset/manifold_internal.h"
+
 #include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/stencilTableFactory.h>
 #include <opensubdiv/far/topologyDescriptor.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <new>
@@ -79,24 +82,31 @@ namespace
 
 // ---- checks -----------------------------------------------------------------------------------------------
 
-bool fail(const char *name, const char *what, uint32_t index)
+bool fail(char *why, const char *what, uint64_t index)
 {
-    ng_log_error("%s: cage: %s %u", name, what, index);
+    std::snprintf(why, NG_REASON_SIZE, "%s %llu", what, (unsigned long long)index);
     return false;
 }
 
-bool check_sizes(const ng_cage *c, const char *name)
+bool check_sizes(const ng_cage *c, char *why)
 {
     uint64_t corners = 0;
+    if (c->face_count == 0 || c->vertex_count == 0) {
+        std::snprintf(why, NG_REASON_SIZE, "it has no faces");
+        return false;
+    }
     for (uint32_t f = 0; f < c->face_count; f++) {
         if (c->face_sizes[f] < 3 || c->face_sizes[f] > max_corners)
-            return fail(name, "the number of corners is out of range at face", f);
+            return fail(why, "the number of corners is not in 3 to 1,024 at face", f);
         corners += c->face_sizes[f];
     }
-    return corners == c->index_count || fail(name, "the sizes of the faces do not add up to", c->index_count);
+    if (corners != c->index_count)
+        std::snprintf(why, NG_REASON_SIZE, "the faces have %llu corners, but there are %u indices",
+                      (unsigned long long)corners, c->index_count);
+    return corners == c->index_count;
 }
 
-bool check_faces(const ng_cage *c, const char *name)
+bool check_faces(const ng_cage *c, char *why)
 {
     std::vector<uint32_t> last_face(c->vertex_count, UINT32_MAX), faces(c->vertex_count, 0);
     size_t at = 0;
@@ -104,25 +114,41 @@ bool check_faces(const ng_cage *c, const char *name)
         for (uint32_t i = 0; i < c->face_sizes[f]; i++, at++) {
             uint32_t v = c->face_indices[at];
             if (v >= c->vertex_count)
-                return fail(name, "a vertex is out of range at face", f);
+                return fail(why, "a vertex is out of range at face", f);
             if (last_face[v] == f)
-                return fail(name, "a vertex comes twice in face", f);
+                return fail(why, "a vertex comes twice in face", f);
             last_face[v] = f;
             if (++faces[v] > max_corners)
-                return fail(name, "more than 1,024 faces share vertex", v);
+                return fail(why, "more than 1,024 faces share vertex", v);
         }
     return true;
 }
 
-bool check_creases(const ng_cage *c, const char *name)
+bool check_sharpness(float sharpness)
 {
-    for (uint32_t i = 0; i < c->crease_count * 2; i++)
-        if (c->crease_edges[i] >= c->vertex_count)
-            return fail(name, "a vertex is out of range at crease", i / 2);
-    for (uint32_t i = 0; i < c->corner_count; i++)
+    return sharpness >= 0 && sharpness <= 10; // not so if it is NaN
+}
+
+bool check_creases(const ng_cage *c, char *why)
+{
+    for (size_t i = 0; i < c->crease_count; i++) {
+        if (c->crease_edges[i * 2] >= c->vertex_count || c->crease_edges[i * 2 + 1] >= c->vertex_count)
+            return fail(why, "a vertex is out of range at crease", i);
+        if (!check_sharpness(c->crease_sharpness[i]))
+            return fail(why, "the sharpness is not in 0 to 10 at crease", i);
+    }
+    for (size_t i = 0; i < c->corner_count; i++) {
         if (c->corners[i] >= c->vertex_count)
-            return fail(name, "a vertex is out of range at corner", i);
+            return fail(why, "a vertex is out of range at corner", i);
+        if (!check_sharpness(c->corner_sharpness[i]))
+            return fail(why, "the sharpness is not in 0 to 10 at corner", i);
+    }
     return true;
+}
+
+bool check_cage(const ng_cage *c, char *why)
+{
+    return check_sizes(c, why) && check_faces(c, why) && check_creases(c, why);
 }
 
 // What the rows will take: a refined vertex depends on the vertices around its cage face, two for each face
@@ -137,31 +163,26 @@ uint64_t estimate_memory(const ng_cage *c, uint32_t level)
     for (uint32_t f = 0; f < c->face_count; f++) {
         uint64_t entries = 0, n = c->face_sizes[f];
         for (uint64_t i = 0; i < n; i++)
-            entries += std::max<uint64_t>(2 * valence[c->face_indices[at + i]], 8) - 4;
+            entries += std::max<uint64_t>(2 * (uint64_t)valence[c->face_indices[at + i]], 8) - 4;
         total += n * scale * (entries * 24 + 128);
         at += n;
     }
     return total;
 }
 
-ng_result check(const ng_cage *c, const ng_refiner_params *p, const char *name)
+ng_result check(const ng_cage *c, const ng_refiner_params *p, char *why)
 {
     NG_REQUIRE(p->level <= NG_REFINER_MAX_LEVEL, "level %u is over %d", p->level, NG_REFINER_MAX_LEVEL);
     NG_REQUIRE(p->boundary <= NG_BOUNDARY_EDGE_AND_CORNER, "there is no boundary rule %u", p->boundary);
-    if (c->face_count == 0 || c->vertex_count == 0) {
-        ng_log_error("%s: cage: has no faces", name);
-        return NG_ERROR_FORMAT;
-    }
-    if (!check_sizes(c, name) || !check_faces(c, name) || !check_creases(c, name))
+    if (!check_cage(c, why))
         return NG_ERROR_FORMAT;
     uint64_t limit = p->max_memory ? p->max_memory : (uint64_t)1 << 30, need = estimate_memory(c, p->level);
-    if (need > limit) {
-        ng_log_error("%s: subdivision level %u needs about %llu MiB, more than the limit of %llu MiB; use a "
-                     "lower level",
-                     name, p->level, (unsigned long long)(need >> 20), (unsigned long long)(limit >> 20));
-        return NG_ERROR_MEMORY;
-    }
-    return NG_OK;
+    if (need <= limit)
+        return NG_OK;
+    std::snprintf(why, NG_REASON_SIZE,
+                  "level %u needs about %llu MiB, over the limit of %llu; use a lower one", p->level,
+                  (unsigned long long)(need >> 20), (unsigned long long)(limit >> 20));
+    return NG_ERROR_UNSUPPORTED;
 }
 
 // ---- topology --------------------------------------------------------------------------------------------
@@ -190,8 +211,8 @@ void on_error(Far::ErrorType, const char *message)
     ng_log_debug("OpenSubdiv: %s", message);
 }
 
-std::unique_ptr<Far::TopologyRefiner> make_topology(const ng_cage *c, const ng_refiner_params *p,
-                                                    const Uvs &uvs)
+std::unique_ptr<Far::TopologyRefiner> make_topology(const ng_cage *c, const ng_manifold &m,
+                                                    const ng_refiner_params *p, const Uvs &uvs)
 {
     Far::SetErrorCallback(on_error);
     Sdc::Options options;
@@ -203,16 +224,16 @@ std::unique_ptr<Far::TopologyRefiner> make_topology(const ng_cage *c, const ng_r
     Far::TopologyDescriptor::FVarChannel channel;
     channel.numValues = (int)(uvs.values.size() / 2);
     channel.valueIndices = uvs.indices.data();
-    d.numVertices = (int)c->vertex_count;
+    d.numVertices = (int)m.source.size();
     d.numFaces = (int)c->face_count;
     d.numVertsPerFace = (const int *)c->face_sizes;
-    d.vertIndicesPerFace = (const int *)c->face_indices;
-    d.numCreases = (int)c->crease_count;
-    d.creaseVertexIndexPairs = (const int *)c->crease_edges;
-    d.creaseWeights = c->crease_sharpness;
-    d.numCorners = (int)c->corner_count;
-    d.cornerVertexIndices = (const int *)c->corners;
-    d.cornerWeights = c->corner_sharpness;
+    d.vertIndicesPerFace = (const int *)m.indices.data();
+    d.numCreases = (int)m.crease_sharpness.size();
+    d.creaseVertexIndexPairs = (const int *)m.crease_edges.data();
+    d.creaseWeights = m.crease_sharpness.data();
+    d.numCorners = (int)m.corners.size();
+    d.cornerVertexIndices = (const int *)m.corners.data();
+    d.cornerWeights = m.corner_sharpness.data();
     d.numFVarChannels = c->face_uvs ? 1 : 0;
     d.fvarChannels = &channel;
     using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
@@ -243,14 +264,15 @@ struct StencilSource {
 struct RowBuilder {
     Lists *rows;
     std::vector<Weights> *weights;
+    const uint32_t *source;        // cage vertices of those of the topology
     std::vector<Weights> sums;     // by cage vertex
     std::vector<uint32_t> touched; // cage vertices of the row
     std::vector<bool> is_touched;
     bool open = false;
 
-    RowBuilder(ng_refiner *r, size_t cage_vertices)
-        : rows(&r->rows), weights(&r->weights), sums(cage_vertices, Weights{0, 0, 0}),
-          is_touched(cage_vertices)
+    RowBuilder(ng_refiner *r, const ng_manifold &m, size_t cage_vertices)
+        : rows(&r->rows), weights(&r->weights), source(m.source.data()),
+          sums(cage_vertices, Weights{0, 0, 0}), is_touched(cage_vertices)
     {
         rows->offsets.push_back(0);
     }
@@ -273,7 +295,7 @@ struct RowBuilder {
         const float *stencil_weights = stencil.GetWeights();
         const Far::Index *sources = stencil.GetVertexIndices();
         for (int i = 0; i < stencil.GetSize(); i++) {
-            uint32_t v = (uint32_t)sources[i];
+            uint32_t v = source[sources[i]];
             if (!is_touched[v]) {
                 is_touched[v] = true;
                 touched.push_back(v);
@@ -305,13 +327,14 @@ struct Part {
     }
 };
 
-void make_rows(const Far::TopologyRefiner &topology, ng_refiner *r, size_t cage_vertices)
+void make_rows(const Far::TopologyRefiner &topology, ng_refiner *r, const ng_manifold &m,
+               size_t cage_vertices)
 {
     Far::StencilTableFactoryReal<float>::Options options;
     options.generateIntermediateLevels = false;
     std::unique_ptr<const Far::StencilTableReal<float>> table(
         Far::StencilTableFactoryReal<float>::Create(topology, options));
-    RowBuilder builder(r, cage_vertices);
+    RowBuilder builder(r, m, cage_vertices);
     StencilSource source{table.get()};
     Part position{&builder, &Weights::position}, u{&builder, &Weights::u}, v{&builder, &Weights::v};
     Far::PrimvarRefiner(topology).Limit(source, position, u, v);
@@ -481,17 +504,18 @@ class OutputBuilder
     std::vector<uint32_t> fan_keys_, fan_values_, sector_keys_, sector_values_;
 };
 
-ng_result build(const ng_cage *cage, const ng_refiner_params *params, const char *name, ng_refiner *r)
+ng_result build(const ng_cage *cage, const ng_refiner_params *params, char *why, ng_refiner *r)
 {
     Uvs uvs;
+    const ng_manifold manifold(cage);
     if (cage->face_uvs)
         uvs.build(cage);
-    std::unique_ptr<Far::TopologyRefiner> topology = make_topology(cage, params, uvs);
+    std::unique_ptr<Far::TopologyRefiner> topology = make_topology(cage, manifold, params, uvs);
     if (!topology) {
-        ng_log_error("%s: cage: its faces do not make a mesh that can be subdivided", name);
+        std::snprintf(why, NG_REASON_SIZE, "its faces do not make a mesh that can be subdivided");
         return NG_ERROR_FORMAT;
     }
-    make_rows(*topology, r, cage->vertex_count);
+    make_rows(*topology, r, manifold, cage->vertex_count);
     OutputBuilder(*topology, (int)params->level, uvs, r);
     return NG_OK;
 }
@@ -644,20 +668,33 @@ void apply_facets(void *user, uint32_t begin, uint32_t end, uint32_t)
 
 } // namespace
 
-ng_result ng_refiner_create(const struct ng_cage *cage, const struct ng_refiner_params *params,
-                            struct ng_refiner **out)
+ng_result ng_cage_check(const struct ng_cage *cage, struct ng_cage_report *out)
 {
-    const char *name = params->name ? params->name : "geometry";
+    *out = {};
+    try {
+        if (!check_cage(cage, out->why))
+            return NG_ERROR_FORMAT;
+        const ng_manifold manifold(cage);
+        out->divided_edges = manifold.divided_edges;
+        std::copy_n(manifold.first_edge, 2, out->first_edge);
+        return NG_OK;
+    } catch (const std::bad_alloc &) {
+        return ng_out_of_memory("a cage");
+    }
+}
+
+ng_result ng_refiner_create(const struct ng_cage *cage, const struct ng_refiner_params *params,
+                            char why[NG_REASON_SIZE], struct ng_refiner **out)
+{
     *out = nullptr;
     try {
-        NG_TRY(check(cage, params, name));
+        NG_TRY(check(cage, params, why));
         auto r = std::make_unique<ng_refiner>();
-        NG_TRY(build(cage, params, name, r.get()));
+        NG_TRY(build(cage, params, why, r.get()));
         *out = r.release();
         return NG_OK;
     } catch (const std::bad_alloc &) {
-        ng_log_error("%s: out of memory while subdividing", name);
-        return NG_ERROR_MEMORY;
+        return ng_out_of_memory(params->name ? params->name : "a subdivided mesh");
     }
 }
 

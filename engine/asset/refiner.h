@@ -8,6 +8,7 @@
 #define NG_ASSET_REFINER_H
 
 #include "base/result.h"
+#include "scene/component.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -24,7 +25,7 @@ struct ng_refiner;
 #define NG_REFINER_MAX_LEVEL 6
 
 struct ng_refiner_params {
-    const char *name;    // for messages
+    const char *name;    // for messages, or null
     uint32_t level;      // 0 to NG_REFINER_MAX_LEVEL; 0: the cage's own faces, their vertices on the limit
     uint32_t boundary;   // enum ng_subdivision_boundary
     uint64_t max_memory; // bytes; 0: 1 GiB. A level that would need more is refused
@@ -38,9 +39,23 @@ struct ng_refiner_mesh {
     const float *uvs;        // [vertex_count][2]; zeros if the cage has none
 };
 
-// The cage is read during the call only; all its counts and indices are checked (NG_ERROR_FORMAT).
+// What forbids to refine a cage, and where it is not one surface.
+struct ng_cage_report {
+    char why[NG_REASON_SIZE]; // empty: nothing forbids it
+    uint32_t divided_edges;   // edges of more than two faces, or of two that run along it in one direction;
+                              // the surface is divided there as at a boundary
+    uint32_t first_edge[2];   // cage vertices of one of them
+};
+
+// NG_ERROR_FORMAT, not logged, with a reason: counts, indices or sharpness are wrong, a face has a vertex
+// twice, or a face or vertex has more than 1,024 corners.
+NG_NODISCARD ng_result ng_cage_check(const struct ng_cage *cage, struct ng_cage_report *out);
+
+// The cage is read during the call only, and is checked as by ng_cage_check. NG_ERROR_FORMAT and
+// NG_ERROR_UNSUPPORTED (a level over max_memory) are not logged but said in `why`, as the caller knows
+// whether it has something else to show.
 NG_NODISCARD ng_result ng_refiner_create(const struct ng_cage *cage, const struct ng_refiner_params *params,
-                                         struct ng_refiner **out);
+                                         char why[NG_REASON_SIZE], struct ng_refiner **out);
 void ng_refiner_destroy(struct ng_refiner **r);
 
 struct ng_refiner_mesh ng_refiner_get_mesh(const struct ng_refiner *r);

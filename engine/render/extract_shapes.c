@@ -193,16 +193,21 @@ static ng_result map_cage_joints(struct ng_shape *s)
 
 static ng_result refine(struct ng_extractor *x, struct ng_shape *s, const struct ng_subdivision *subdivision)
 {
+    const char *name = ng_assets_name(x->assets, s->geometry);
+    char why[NG_REASON_SIZE];
     s->cage = s->source->cage;
+    if (s->cage && !s->cage->face_count)
+        return NG_ERROR_FORMAT; // as was said when it was loaded
     if (!s->cage) {
         NG_TRY(ng_cage_from_geometry(s->source, &s->made_cage));
         s->cage = s->made_cage;
     }
-    NG_TRY(ng_refiner_create(s->cage,
-                             &(struct ng_refiner_params){.name = ng_assets_name(x->assets, s->geometry),
-                                                         .level = subdivision->level,
-                                                         .boundary = subdivision->boundary},
-                             &s->refiner));
+    struct ng_refiner_params params = {
+        .name = name, .level = subdivision->level, .boundary = subdivision->boundary};
+    ng_result r = ng_refiner_create(s->cage, &params, why, &s->refiner);
+    if (r == NG_ERROR_FORMAT || r == NG_ERROR_UNSUPPORTED)
+        ng_log_warn("%s: its cage is not subdivided, its triangles are drawn: %s", name, why);
+    NG_TRY(r);
     struct ng_refiner_mesh refined = ng_refiner_get_mesh(s->refiner);
     size_t n = refined.vertex_count;
     s->memory = calloc(n ? n : 1, 10 * sizeof(float));
@@ -247,7 +252,7 @@ static ng_result make_shape(struct ng_extractor *x, ng_asset geometry,
     if (subdivision)
         r = refine(x, s, subdivision);
     if (!subdivision || (r != NG_OK && r != NG_ERROR_MEMORY)) {
-        // A cage that cannot be refined (logged there) is shown by its triangles.
+        // A cage that cannot be refined is shown by its triangles.
         r = NG_OK;
         ng_refiner_destroy(&s->refiner);
         borrow_geometry(s);

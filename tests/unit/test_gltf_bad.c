@@ -1,5 +1,5 @@
-// Files that must be refused: each with one line that says what, where and which rule, and nothing left
-// behind.
+// Files that must be refused, or lose a part: each with one line that says what, where and which rule, and
+// nothing left behind.
 #define _POSIX_C_SOURCE 200809L // symlink
 #include "test.h"
 
@@ -153,17 +153,23 @@ static const struct {
     {"component_uri_missing", "node 0: tests/files/bad/missing.exr: cannot open"},
     {"component_asset", "mesh.geometry: expected the standard part"},
     {"extension_member", "NG_scene: unknown member \"lights\""},
-    {"cage_index", "cage: faceIndices: 9 at 2 is not below 3"},
-    {"cage_no_faces", "cage: has no faceSizes"},
-    {"cage_face_size", "cage: face 0 has 2 corners"},
-    {"cage_sum", "faceSizes add up to 3, but there are 4 faceIndices"},
-    {"cage_vertex_map", "cage: vertexMap: 7 at 1 is not below 3"},
-    {"cage_no_vertices", "cage: needs a vertexMap"},
-    {"cage_crease", "cage: creaseEdges: 8 at 1 is not below 3"},
-    {"cage_sharpness", "creaseSharpness: 11 at 0 is not in 0 to 10"},
+};
+
+// Files whose cage is refused, but not the scene.
+static const struct {
+    const char *name, *message;
+} bad_cages[] = {
+    {"cage_index", "a vertex is out of range at face 0"},
+    {"cage_no_faces", "has no faceSizes"},
+    {"cage_face_size", "the number of corners is not in 3 to 1,024 at face 0"},
+    {"cage_sum", "the faces have 3 corners, but there are 4 indices"},
+    {"cage_vertex_map", "vertexMap: 7 at 1 is not below 3"},
+    {"cage_no_vertices", "needs a vertexMap"},
+    {"cage_crease", "a vertex is out of range at crease 0"},
+    {"cage_sharpness", "the sharpness is not in 0 to 10 at crease 0"},
     {"cage_sharpness_count", "2 values of creaseSharpness where 1 are needed"},
     {"cage_crease_odd", "odd number of entries"},
-    {"cage_member", "cage: unknown member \"holes\""},
+    {"cage_member", "unknown member \"holes\""},
     {"cage_accessor", "accessor 99 is not one of"},
 };
 
@@ -218,6 +224,37 @@ static void test_files(void **state)
         char path[256];
         snprintf(path, sizeof path, "tests/files/bad/%s.gltf", bad_files[i].name);
         expect_refused(path, bad_files[i].message);
+    }
+}
+
+// One warning, and the primitive's triangles alone.
+static void expect_cage_refused(const char *path, const char *message)
+{
+    struct fixture f = begin();
+    struct ng_gltf_scene scene;
+    struct test_log log;
+    test_log_begin(&log);
+    ng_result r = ng_gltf_load(path, f.world, f.assets, NULL, &scene);
+    test_log_end(&log);
+    if (r != NG_OK || log.errors || log.warnings != 1)
+        fail_msg("%s: %d errors, %d warnings: %s", path, log.errors, log.warnings, log.text);
+    if (strncmp(log.text, path, strlen(path)) != 0 || !strstr(log.text, message))
+        fail_msg("\"%s: ... %s\" is not what was said: %s", path, message, log.text);
+    assert_non_null(strstr(log.text, "; mesh 0, primitive 0 is drawn by its triangles"));
+    const struct ng_geometry *g =
+        ng_assets_geometry(f.assets, ng_assets_next(f.assets, NG_ASSET_GEOMETRY, (ng_asset){0}));
+    assert_int_equal(g->index_count, 3);
+    assert_int_equal(g->cage->face_count, 0);
+    end(&f);
+}
+
+static void test_cages(void **state)
+{
+    NG_UNUSED(state);
+    for (size_t i = 0; i < NG_COUNT(bad_cages); i++) {
+        char path[256];
+        snprintf(path, sizeof path, "tests/files/bad/%s.gltf", bad_cages[i].name);
+        expect_cage_refused(path, bad_cages[i].message);
     }
 }
 
@@ -609,7 +646,7 @@ int main(void)
         cmocka_unit_test(test_many_buffers),   cmocka_unit_test(test_links_lead_nowhere_else),
         cmocka_unit_test(test_later_version),  cmocka_unit_test(test_memory_limit),
         cmocka_unit_test(test_image_limit),    cmocka_unit_test(test_glb),
-        cmocka_unit_test(test_mutations),
+        cmocka_unit_test(test_cages),          cmocka_unit_test(test_mutations),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

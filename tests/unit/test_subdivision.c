@@ -46,7 +46,8 @@ static struct refined refine(const struct ng_cage *cage, uint32_t level, uint32_
 {
     struct refined r;
     struct ng_refiner_params params = {.name = "test", .level = level, .boundary = boundary};
-    assert_int_equal(ng_refiner_create(cage, &params, &r.refiner), NG_OK);
+    char why[NG_REASON_SIZE];
+    assert_int_equal(ng_refiner_create(cage, &params, why, &r.refiner), NG_OK);
     r.mesh = ng_refiner_get_mesh(r.refiner);
     r.positions = calloc(r.mesh.vertex_count, 12);
     r.normals = calloc(r.mesh.vertex_count, 12);
@@ -226,18 +227,18 @@ static void test_moving_cage_and_threads(void **state)
     ng_jobs_destroy(&jobs);
 }
 
-static void expect_refused(const struct ng_cage *cage, uint32_t level, const char *message)
+static void expect_refused(const struct ng_cage *cage, const char *message)
 {
-    struct test_log log;
     struct ng_refiner *r;
-    struct ng_refiner_params params = {.name = "bad", .level = level};
-    test_log_begin(&log);
-    assert_int_not_equal(ng_refiner_create(cage, &params, &r), NG_OK);
-    test_log_end(&log);
+    struct ng_cage_report report;
+    struct ng_refiner_params params = {.level = 1};
+    char why[NG_REASON_SIZE];
+    assert_int_equal(ng_refiner_create(cage, &params, why, &r), NG_ERROR_FORMAT);
     assert_null(r);
-    assert_int_equal(log.errors, 1);
-    if (!strstr(log.text, message))
-        fail_msg("\"%s\" is not in \"%s\"", message, log.text);
+    assert_int_equal(ng_cage_check(cage, &report), NG_ERROR_FORMAT);
+    assert_string_equal(report.why, why);
+    if (!strstr(why, message))
+        fail_msg("\"%s\" is not in \"%s\"", message, why);
 }
 
 static void test_refused(void **state)
@@ -247,34 +248,136 @@ static void test_refused(void **state)
     uint32_t indices[24], sizes[6], edges[] = {0, 8};
     float sharpness = 1;
     cage.face_count = 0;
-    expect_refused(&cage, 1, "no faces");
+    expect_refused(&cage, "no faces");
     cage = make_cube();
     cage.face_indices = memcpy(indices, cube_indices, sizeof indices);
     indices[5] = 8;
-    expect_refused(&cage, 1, "out of range at face 1");
+    expect_refused(&cage, "out of range at face 1");
     indices[5] = 4;
-    expect_refused(&cage, 1, "twice in face 1");
+    expect_refused(&cage, "twice in face 1");
     cage = make_cube();
     cage.face_sizes = memcpy(sizes, cube_sizes, sizeof sizes);
     sizes[2] = 2;
-    expect_refused(&cage, 1, "corners is out of range at face 2");
+    expect_refused(&cage, "corners is not in 3 to 1,024 at face 2");
     sizes[2] = 3;
-    expect_refused(&cage, 1, "do not add up");
+    expect_refused(&cage, "have 23 corners, but there are 24 indices");
     sizes[2] = UINT32_MAX;
-    expect_refused(&cage, 1, "corners is out of range at face 2");
+    expect_refused(&cage, "corners is not in 3 to 1,024 at face 2");
     cage = make_cube();
     cage.crease_edges = edges;
     cage.crease_sharpness = &sharpness;
     cage.crease_count = 1;
-    expect_refused(&cage, 1, "crease 0");
+    expect_refused(&cage, "out of range at crease 0");
+    edges[1] = 1;
+    sharpness = NAN;
+    expect_refused(&cage, "sharpness is not in 0 to 10 at crease 0");
+    cage = make_cube();
+    cage.corners = edges;
+    cage.corner_sharpness = &sharpness;
+    cage.corner_count = 1;
+    sharpness = 1e9f;
+    expect_refused(&cage, "sharpness is not in 0 to 10 at corner 0");
     cage = make_cube();
     struct ng_refiner *r;
-    struct ng_refiner_params tight = {.name = "tight", .level = 6, .max_memory = 1 << 20};
-    struct test_log log;
-    test_log_begin(&log);
-    assert_int_equal(ng_refiner_create(&cage, &tight, &r), NG_ERROR_MEMORY);
-    test_log_end(&log);
-    assert_non_null(strstr(log.text, "use a lower level"));
+    struct ng_refiner_params tight = {.level = 6, .max_memory = 1 << 20};
+    char why[NG_REASON_SIZE];
+    assert_int_equal(ng_refiner_create(&cage, &tight, why, &r), NG_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(why, "use a lower one"));
+}
+
+// Many faces on one edge: a strip of two quads a face, so that the edge's line goes on through a vertex.
+static void test_many_faces_on_an_edge(void **state)
+{
+    NG_UNUSED(state);
+    enum { FACES = 40, VERTICES = 3 + 3 * FACES };
+    float positions[VERTICES * 3];
+    uint32_t sizes[2 * FACES], indices[8 * FACES];
+    for (uint32_t i = 0; i < VERTICES; i++) {
+        uint32_t ring = i / 3;
+        float angle = (float)ring * 0.15f, radius = ring ? 1 : 0;
+        positions[i * 3] = radius * cosf(angle);
+        positions[i * 3 + 1] =
+            (float)(i % 3) + (i % 3 == 1 ? 0.3f : 0); // not on a straight line with even steps
+        positions[i * 3 + 2] = radius * sinf(angle);
+    }
+    for (uint32_t f = 0; f < 2 * FACES; f++) {
+        uint32_t low = f % 2, out = 3 + f / 2 * 3 + low;
+        sizes[f] = 4;
+        memcpy(indices + f * 4, (uint32_t[]){low, low + 1, out + 1, out}, 16);
+    }
+    struct ng_cage fan = {.vertex_count = VERTICES,
+                          .face_count = 2 * FACES,
+                          .index_count = 8 * FACES,
+                          .positions = positions,
+                          .face_sizes = sizes,
+                          .face_indices = indices};
+    struct ng_cage_report report;
+    assert_int_equal(ng_cage_check(&fan, &report), NG_OK);
+    assert_int_equal(report.divided_edges, 2);
+    struct refined r = refine(&fan, 2, NG_BOUNDARY_EDGE_AND_CORNER);
+    assert_int_equal(r.mesh.index_count, 2 * FACES * 16 * 6);
+    // All sheets keep the line, and its middle is the B-spline's limit: (0 + 4 * 1.3 + 2) / 6.
+    uint32_t middle = 0;
+    for (uint32_t i = 0; i < r.mesh.vertex_count; i++) {
+        const float *p = r.positions + i * 3;
+        assert_true(isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]));
+        middle += fabsf(p[0]) + fabsf(p[2]) < 1e-6f && fabsf(p[1] - 1.2f) < 1e-5f;
+    }
+    assert_int_equal(middle, FACES);
+    finish(&r);
+}
+
+// The same quad many times, and one that faces the other way: each keeps its corners.
+static void test_repeated_faces(void **state)
+{
+    NG_UNUSED(state);
+    enum { FACES = 64 };
+    uint32_t sizes[FACES], indices[4 * FACES];
+    for (uint32_t f = 0; f < FACES; f++) {
+        sizes[f] = 4;
+        memcpy(indices + f * 4, f == 5 ? (uint32_t[]){3, 2, 1, 0} : (uint32_t[]){0, 1, 2, 3}, 16);
+    }
+    struct ng_cage cage = make_cube();
+    cage.face_count = FACES;
+    cage.index_count = 4 * FACES;
+    cage.face_sizes = sizes;
+    cage.face_indices = indices;
+    struct refined r = refine(&cage, 1, NG_BOUNDARY_EDGE_ONLY);
+    assert_int_equal(r.mesh.vertex_count, FACES * 9);
+    for (uint32_t i = 0; i < r.mesh.vertex_count; i++)
+        assert_float_equal(r.positions[i * 3 + 2], -1, 1e-5); // of the cube's lower side
+    finish(&r);
+}
+
+// Two cubes that touch in a vertex stay joined there, whichever is subdivided.
+static void test_touching_surfaces(void **state)
+{
+    NG_UNUSED(state);
+    float positions[48];
+    uint32_t sizes[12], indices[48];
+    for (uint32_t i = 0; i < 48; i++) {
+        positions[i] = cube_positions[i % 24] + (i < 24 ? 0 : 2);
+        indices[i] = cube_indices[i % 24] + (i < 24 ? 0 : 8);
+        indices[i] = indices[i] == 8 ? 6 : indices[i]; // the second's lowest corner is the first's highest
+        sizes[i % 12] = 4;
+    }
+    struct ng_cage cage = {.vertex_count = 16,
+                           .face_count = 12,
+                           .index_count = 48,
+                           .positions = positions,
+                           .face_sizes = sizes,
+                           .face_indices = indices};
+    struct ng_cage_report report;
+    assert_int_equal(ng_cage_check(&cage, &report), NG_OK);
+    assert_int_equal(report.divided_edges, 0);
+    struct refined r = refine(&cage, 2, NG_BOUNDARY_EDGE_AND_CORNER);
+    uint32_t at_corner = 0;
+    for (uint32_t i = 0; i < r.mesh.vertex_count; i++) {
+        const float *p = r.positions + i * 3;
+        at_corner += fabsf(p[0] - 1) + fabsf(p[1] - 1) + fabsf(p[2] - 1) < 1e-5f;
+    }
+    assert_int_equal(at_corner, 2);
+    finish(&r);
 }
 
 // The estimate that the limit is checked against is not below what is held.
@@ -285,11 +388,9 @@ static void test_estimate(void **state)
     struct refined r = refine(&cube, 5, NG_BOUNDARY_EDGE_AND_CORNER);
     size_t held = ng_refiner_memory(r.refiner);
     struct ng_refiner *other;
-    struct ng_refiner_params params = {.name = "estimate", .level = 5, .max_memory = held / 2};
-    struct test_log log;
-    test_log_begin(&log);
-    assert_int_equal(ng_refiner_create(&cube, &params, &other), NG_ERROR_MEMORY);
-    test_log_end(&log);
+    struct ng_refiner_params params = {.level = 5, .max_memory = held / 2};
+    char why[NG_REASON_SIZE];
+    assert_int_equal(ng_refiner_create(&cube, &params, why, &other), NG_ERROR_UNSUPPORTED);
     finish(&r);
 }
 
@@ -329,6 +430,9 @@ int main(void)
         cmocka_unit_test(test_face_varying_uvs),
         cmocka_unit_test(test_moving_cage_and_threads),
         cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_many_faces_on_an_edge),
+        cmocka_unit_test(test_repeated_faces),
+        cmocka_unit_test(test_touching_surfaces),
         cmocka_unit_test(test_estimate),
         cmocka_unit_test(test_cage_from_triangles),
     };
