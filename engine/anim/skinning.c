@@ -109,33 +109,47 @@ static uint32_t chunks_of(const struct ng_skin_params *p)
     return p->vertex_count / GRAIN + (p->vertex_count % GRAIN != 0);
 }
 
-// Chunks are numbered mesh after mesh.
+// The last mesh whose chunks begin at this one or before: chunks are numbered mesh after mesh.
+static uint32_t mesh_of(const struct batch *b, uint32_t chunk)
+{
+    uint32_t low = 0, high = b->count;
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        if (b->meshes[middle].first_chunk <= chunk)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 static void skin_chunks(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct batch *b = user;
-    uint32_t first = 0;
-    for (uint32_t i = 0; i < b->count && first < end; i++) {
+    for (uint32_t i = mesh_of(b, begin); i < b->count && b->meshes[i].first_chunk < end; i++) {
         const struct ng_skin_params *p = &b->meshes[i];
-        uint32_t chunks = chunks_of(p);
+        uint32_t first = p->first_chunk, chunks = chunks_of(p);
         for (uint32_t chunk = begin > first ? begin : first; chunk < end && chunk < first + chunks; chunk++) {
             uint32_t from = (chunk - first) * GRAIN, left = p->vertex_count - from;
             skin_range(p, from, from + (left < GRAIN ? left : GRAIN));
         }
-        first += chunks;
     }
 }
 
-void ng_skin_batch(struct ng_jobs *jobs, const struct ng_skin_params *meshes, uint32_t count)
+void ng_skin_batch(struct ng_jobs *jobs, struct ng_skin_params *meshes, uint32_t count)
 {
     struct batch b = {meshes, count};
     uint32_t chunks = 0;
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++) {
+        meshes[i].first_chunk = chunks;
         chunks += chunks_of(&meshes[i]);
+    }
     ng_jobs_for(jobs, chunks, 1, skin_chunks, &b);
 }
 
 void ng_skin_vertices(struct ng_jobs *jobs, const struct ng_skin_params *p)
 {
-    ng_skin_batch(jobs, p, 1);
+    struct ng_skin_params one = *p;
+    ng_skin_batch(jobs, &one, 1);
 }

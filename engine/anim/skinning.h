@@ -32,10 +32,11 @@ struct ng_skin_params {
     // Out. Normals by the inverse transpose of the blended matrix, so that non-uniform scale is right;
     // normals and tangents are unit (zero stays zero).
     float *out_positions, *out_normals, *out_tangents;
+    uint32_t first_chunk; // set by ng_skin_batch
 };
 
 void ng_skin_vertices(struct ng_jobs *jobs, const struct ng_skin_params *p);
 // Several meshes at once, so that many small characters fill all threads.
-void ng_skin_batch(struct ng_jobs *jobs, const struct ng_skin_params *meshes, uint32_t count);
+void ng_skin_batch(struct ng_jobs *jobs, struct ng_skin_params *meshes, uint32_t count);
 
 #endif

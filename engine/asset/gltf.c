@@ -157,8 +157,9 @@ static bool allocate_tables(struct gltf_loader *l)
     l->nodes = calloc(d->node_count + (size_t)1, sizeof *l->nodes);
     l->materials = calloc(d->material_count + (size_t)1, sizeof *l->materials);
     l->skins = calloc(d->skin_count + (size_t)1, sizeof *l->skins);
+    l->joint_of = calloc(d->node_count + (size_t)1, sizeof *l->joint_of);
     l->images = calloc(d->image_count + (size_t)1, sizeof *l->images);
-    return l->parents && l->order && l->nodes && l->materials && l->skins && l->images;
+    return l->parents && l->order && l->nodes && l->materials && l->skins && l->joint_of && l->images;
 }
 
 static ng_result load(struct gltf_loader *l)
@@ -203,6 +204,9 @@ static void finish(struct gltf_loader *l)
     free(l->nodes);
     free(l->materials);
     free(l->skins);
+    free(l->joint_of);
+    free(l->made);
+    free(l->first_primitive);
     free(l->images);
     ng_array_finish(&l->shapes);
     ng_array_finish(&l->instances);

@@ -150,16 +150,19 @@ static ng_result read_asset(struct gltf_loader *l, const struct place *p, ng_com
     // What these refer to has its place in the standard part of the file, and is not an image.
     if (component == NG_MESH || component == NG_SKIN || component == NG_ANIMATION || component == NG_MATERIAL)
         return wrong(l, p, "the standard part of the file to say this");
-    const struct gltf_value *uri = ng_gltf_member(v, "uri");
+    const char *const expected = "{\"texture\": index} or {\"uri\": file}";
     ng_asset asset;
     int texture;
+    if (v->kind != GLTF_OBJECT || v->count != 1)
+        return wrong(l, p, expected);
+    const struct gltf_value *uri = ng_gltf_member(v, "uri");
     NG_TRY(ng_gltf_index_member(l, v, p->where, "texture", -1, &texture));
     if (uri && uri->kind == GLTF_STRING)
         NG_TRY(ng_gltf_picture(l, p->where, uri->string, &asset));
     else if (texture >= 0)
         NG_TRY(ng_gltf_texture(l, p->where, texture, true, &asset));
     else
-        return wrong(l, p, "{\"texture\": index} or {\"uri\": file}");
+        return wrong(l, p, expected);
     memcpy(out, &asset, sizeof asset);
     return NG_OK;
 }
@@ -167,7 +170,10 @@ static ng_result read_asset(struct gltf_loader *l, const struct place *p, ng_com
 static ng_result read_entity(const struct gltf_loader *l, const struct place *p, const struct gltf_value *v,
                              void *out)
 {
+    const char *const expected = "{\"node\": index} of the scene or {\"material\": index}";
     int node, material;
+    if (v->kind != GLTF_OBJECT || v->count != 1)
+        return wrong(l, p, expected);
     NG_TRY(ng_gltf_index_member(l, v, p->where, "node", -1, &node));
     NG_TRY(ng_gltf_index_member(l, v, p->where, "material", -1, &material));
     ng_entity e = {0};
@@ -176,7 +182,7 @@ static ng_result read_entity(const struct gltf_loader *l, const struct place *p,
     else if (node < 0 && material >= 0 && (uint32_t)material < l->doc->material_count)
         e = l->materials[material];
     if (ng_entity_is_null(e))
-        return wrong(l, p, "{\"node\": index} of the scene or {\"material\": index}");
+        return wrong(l, p, expected);
     memcpy(out, &e, sizeof e);
     return NG_OK;
 }

@@ -37,8 +37,11 @@ struct gltf_loader {
     ng_entity *nodes;                   // [node_count], null: not in the scene
     ng_entity *materials;               // [material_count]
     ng_asset *skins;                    // [skin_count]
+    uint32_t *joint_of;                 // [node_count]: 1 + the last skin that listed it
     ng_asset (*images)[8];              // [image_count] by srgb, repeat_u, repeat_v
     NG_ARRAY(struct gltf_shape) shapes; // hash table, a power of two; geometry 0: free
+    struct gltf_shape **made;  // [primitives of all meshes]: what became of each; null: not asked for
+    uint32_t *first_primitive; // [mesh_count]: of a mesh in `made`
     NG_ARRAY(struct gltf_instance) instances;
     NG_ARRAY(ng_asset) added; // to take back on failure
     bool warned_blend, warned_mirror, warned_uv, warned_morph, warned_weights, warned_influences, warned_mode;

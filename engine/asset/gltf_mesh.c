@@ -199,7 +199,9 @@ static ng_result build_shape(struct gltf_loader *l, const struct gltf_primitive 
         ng_geometry_finish(&g);
         return r;
     }
-    NG_TRY(ng_assets_take_geometry(l->assets, name[0] ? name : where, &g, &out->geometry));
+    char shown[NG_TEXT_SIZE]; // a mesh's name may be long, and be that of many
+    snprintf(shown, sizeof shown, "%.*s", (int)sizeof shown - 1, name[0] ? name : where);
+    NG_TRY(ng_assets_take_geometry(l->assets, shown, &g, &out->geometry));
     ng_array_push(&l->added, out->geometry);
     return NG_OK;
 }
@@ -237,14 +239,34 @@ static struct gltf_shape *slot(struct gltf_loader *l, uint64_t key)
 }
 
 // Twice as many slots as the document has primitives, so that the table never fills.
-static ng_result make_table(struct gltf_loader *l)
+static ng_result make_tables(struct gltf_loader *l)
 {
     size_t primitives = 0, slots = 16;
-    for (uint32_t i = 0; i < l->doc->mesh_count; i++)
+    l->first_primitive = malloc((l->doc->mesh_count + (size_t)1) * sizeof *l->first_primitive);
+    if (!l->first_primitive)
+        return ng_out_of_memory(l->path);
+    for (uint32_t i = 0; i < l->doc->mesh_count; i++) {
+        l->first_primitive[i] = (uint32_t)primitives;
         primitives += l->doc->meshes[i].primitive_count;
+    }
     while (slots < primitives * 2)
         slots *= 2;
-    return ng_array_resize(&l->shapes, slots) ? NG_OK : ng_out_of_memory(l->path);
+    l->made = calloc(primitives + 1, sizeof *l->made);
+    return l->made && ng_array_resize(&l->shapes, slots) ? NG_OK : ng_out_of_memory(l->path);
+}
+
+// The record of a primitive that has triangles; `name` is of its mesh.
+static ng_result find_shape(struct gltf_loader *l, const struct gltf_primitive *p, const char *name,
+                            const char *where, struct gltf_shape **out)
+{
+    uint64_t key = shape_key(p);
+    struct gltf_shape *shape = slot(l, key);
+    if (!shape->geometry.id) {
+        shape->key = key;
+        NG_TRY(build_shape(l, p, name, where, shape));
+    }
+    *out = shape;
+    return NG_OK;
 }
 
 ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive, struct gltf_shape *out)
@@ -261,13 +283,10 @@ ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive
         return NG_OK;
     }
     if (!l->shapes.count)
-        NG_TRY(make_table(l));
-    uint64_t key = shape_key(p);
-    struct gltf_shape *shape = slot(l, key);
-    if (!shape->geometry.id) {
-        shape->key = key;
-        NG_TRY(build_shape(l, p, m->name, where, shape));
-    }
-    *out = *shape;
+        NG_TRY(make_tables(l));
+    struct gltf_shape **made = &l->made[l->first_primitive[mesh] + primitive];
+    if (!*made)
+        NG_TRY(find_shape(l, p, m->name, where, made));
+    *out = **made;
     return NG_OK;
 }

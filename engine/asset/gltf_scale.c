@@ -44,20 +44,6 @@ static mat4 *world_matrices(const struct gltf_loader *l)
     return m;
 }
 
-// joint matrix * inverse bind matrix of each joint of a skin; null without memory.
-static mat4 *skin_palette(const struct gltf_loader *l, int index, mat4 *world)
-{
-    const struct gltf_skin *skin = &l->doc->skins[index];
-    const struct ng_skeleton *s = ng_assets_skeleton(l->assets, l->skins[index]);
-    mat4 *palette = malloc(skin->joint_count * sizeof *palette);
-    for (uint32_t i = 0; palette && i < skin->joint_count; i++) {
-        mat4 bind;
-        memcpy(bind, s->inverse_bind + i * (size_t)16, sizeof bind);
-        glm_mat4_mul(world[skin->joints[i]], bind, palette[i]);
-    }
-    return palette;
-}
-
 // Where a node stands and how it stretches, the placement system will keep within its limit.
 static void warn_far(struct gltf_loader *l, mat4 *world)
 {
@@ -103,41 +89,83 @@ static void grow_sphere(struct bounds *b, vec3 p)
     b->radius_squared = fmaxf(b->radius_squared, glm_vec3_distance2(b->center, p));
 }
 
+// The joints that move a geometry.
+struct joints {
+    bool seen[UINT16_MAX + 1];
+    uint16_t list[UINT16_MAX + 1];
+    uint32_t count;
+};
+
+static void find_joints(const struct ng_geometry *g, struct joints *j)
+{
+    memset(j, 0, sizeof *j);
+    for (size_t i = 0; g->joints && i < (size_t)g->vertex_count * 4; i++)
+        if (g->weights[i] > 0 && !j->seen[g->joints[i]]) {
+            j->seen[g->joints[i]] = true;
+            j->list[j->count++] = g->joints[i];
+        }
+}
+
 // A skinned vertex lies between the places that its joints would give it.
-static bool each_box(const struct gltf_loader *l, mat4 *world, struct bounds *b,
+static void each_joint(const struct gltf_loader *l, const struct gltf_instance *instance,
+                       const struct ng_geometry *g, const struct joints *joints, mat4 *world,
+                       struct bounds *b, void (*grow)(struct bounds *, vec3))
+{
+    const struct gltf_skin *skin = &l->doc->skins[instance->skin];
+    const struct ng_skeleton *s = ng_assets_skeleton(l->assets, l->skins[instance->skin]);
+    for (uint32_t i = 0; i < joints->count; i++) {
+        mat4 place;
+        memcpy(place, s->inverse_bind + joints->list[i] * (size_t)16, sizeof place);
+        glm_mat4_mul(world[skin->joints[joints->list[i]]], place, place);
+        each_corner(g, place, b, grow);
+    }
+}
+
+static int compare_instances(const void *a, const void *b)
+{
+    const struct gltf_instance *x = a, *y = b;
+    if (x->geometry.id != y->geometry.id)
+        return x->geometry.id < y->geometry.id ? -1 : 1;
+    return (x->skin > y->skin) - (x->skin < y->skin);
+}
+
+// The instances are sorted: of those with one geometry and skin, which stand in one place, the first counts.
+static void each_box(const struct gltf_loader *l, mat4 *world, struct joints *joints, struct bounds *b,
                      void (*grow)(struct bounds *, vec3))
 {
     for (size_t n = 0; n < l->instances.count; n++) {
-        const struct gltf_instance *instance = &l->instances.items[n];
+        const struct gltf_instance *instance = &l->instances.items[n], *last = n ? instance - 1 : NULL;
         const struct ng_geometry *g = ng_assets_geometry(l->assets, instance->geometry);
         if (instance->skin < 0) {
             each_corner(g, world[instance->node], b, grow);
             continue;
         }
-        mat4 *palette = skin_palette(l, instance->skin, world);
-        if (!palette)
-            return false;
-        for (uint32_t i = 0; i < l->doc->skins[instance->skin].joint_count; i++)
-            each_corner(g, palette[i], b, grow);
-        free(palette);
+        if (!last || last->geometry.id != instance->geometry.id || last->skin < 0)
+            find_joints(g, joints);
+        else if (last->skin == instance->skin)
+            continue;
+        each_joint(l, instance, g, joints, world, b, grow);
     }
-    return true;
 }
 
 // The sphere around the centre of the scene's box that holds the boxes of all instances.
 static ng_result measure(struct gltf_loader *l, mat4 *world, struct ng_scene_scale *out)
 {
     *out = (struct ng_scene_scale){.radius = 1};
+    struct joints *joints = malloc(sizeof *joints);
     struct bounds b = {.min = {FLT_MAX, FLT_MAX, FLT_MAX}, .max = {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
-    if (!each_box(l, world, &b, grow_box))
+    if (!joints)
         return ng_out_of_memory(l->path);
-    if (!(b.min[0] <= b.max[0])) // nothing is there
-        return NG_OK;
-    glm_vec3_center(b.min, b.max, b.center);
-    if (!each_box(l, world, &b, grow_sphere))
-        return ng_out_of_memory(l->path);
-    glm_vec3_copy(b.center, out->center);
-    out->radius = fminf(fmaxf(sqrtf(b.radius_squared), 1e-6f), NG_PLACEMENT_MAX);
+    if (l->instances.count > 1)
+        qsort(l->instances.items, l->instances.count, sizeof l->instances.items[0], compare_instances);
+    each_box(l, world, joints, &b, grow_box);
+    if (b.min[0] <= b.max[0]) { // something is there
+        glm_vec3_center(b.min, b.max, b.center);
+        each_box(l, world, joints, &b, grow_sphere);
+        glm_vec3_copy(b.center, out->center);
+        out->radius = fminf(fmaxf(sqrtf(b.radius_squared), 1e-6f), NG_PLACEMENT_MAX);
+    }
+    free(joints);
     return NG_OK;
 }
 

@@ -9,11 +9,13 @@ extern "C" {
 #include "base/log.h"
 }
 
+#include <algorithm>
 #include <climits>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <initializer_list>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <unordered_map>
@@ -132,34 +134,86 @@ const struct {
     {BOOLEAN, {"accessors[].normalized", "materials[].doubleSided"}},
 };
 
-using Rules = std::unordered_map<std::string, Kind>;
+// What may stand at a place of the document: a tree by the names of members, so that a step down costs no
+// more than its own name, however long the names above it are.
+struct Rule {
+    Kind kind = ANY;
+    std::unordered_map<std::string, std::unique_ptr<Rule>> members;
+    std::unique_ptr<Rule> item;
 
-void add_object(Rules *rules, const std::string &path)
+    Rule *member(const std::string &name)
+    {
+        auto &rule = members[name];
+        if (!rule)
+            rule = std::make_unique<Rule>();
+        return rule.get();
+    }
+    void be_object()
+    {
+        kind = OBJECT;
+        member("extensions")->kind = OBJECT;
+        member("extensions")->member("*")->kind = OBJECT;
+    }
+    // Makes an array of it; the objects of the document's own arrays have names.
+    Rule *be_array(bool top)
+    {
+        kind = ARRAY;
+        if (!item)
+            item = std::make_unique<Rule>();
+        if (top)
+            item->member("name")->kind = STRING;
+        return item.get();
+    }
+    const Rule *find(const std::string &name) const
+    {
+        auto found = members.find(name);
+        if (found == members.end())
+            found = members.find("*");
+        return found == members.end() ? nullptr : found->second.get();
+    }
+};
+
+// One step of a path: "b[]" of "a[].b[].c".
+Rule *step_down(Rule *rule, std::string name, bool top)
 {
-    if (!rules->emplace(path, OBJECT).second)
-        return;
-    const std::string member = path.empty() ? path : path + ".";
-    rules->emplace(member + "extensions", OBJECT);
-    rules->emplace(member + "extensions.*", OBJECT);
-    bool top_array = path.find("[]") + 2 == path.size();
-    if (top_array)
-        rules->emplace(member + "name", STRING);
+    rule->be_object();
+    bool array = name.size() > 2 && name.compare(name.size() - 2, 2, "[]") == 0;
+    if (!array)
+        return rule->member(name);
+    name.resize(name.size() - 2);
+    return rule->member(name)->be_array(top);
 }
 
-Rules make_rules()
+std::unique_ptr<Rule> make_rules()
 {
-    Rules rules;
-    add_object(&rules, "");
+    auto root = std::make_unique<Rule>();
     for (const auto &group : leaves)
         for (const std::string path : group.paths) {
-            for (size_t i = 0; i < path.size(); i++)
-                if (path[i] == '[')
-                    rules.emplace(path.substr(0, i), ARRAY);
-                else if (path[i] == '.')
-                    add_object(&rules, path.substr(0, i));
-            rules.emplace(path, group.kind);
+            Rule *rule = root.get();
+            for (size_t begin = 0, end; begin < path.size(); begin = end + 1) {
+                end = std::min(path.find('.', begin), path.size());
+                rule = step_down(rule, path.substr(begin, end - begin), begin == 0);
+            }
+            rule->kind = group.kind;
         }
-    return rules;
+    return root;
+}
+
+// The places that the scan looks at itself.
+struct Places {
+    std::unique_ptr<Rule> root = make_rules();
+    const Rule *version = root->find("asset")->find("version");
+    const Rule *min_version = root->find("asset")->find("minVersion");
+    const Rule *buffer = root->find("buffers")->item.get();
+    const Rule *view = root->find("bufferViews")->item.get();
+    const Rule *accessor = root->find("accessors")->item.get();
+    const Rule *material = root->find("materials")->item.get();
+};
+
+const Places &known_places()
+{
+    static const Places places;
+    return places;
 }
 
 std::string shortened(const std::string &text)
@@ -180,8 +234,7 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
 
     bool null() override
     {
-        bool read = pattern.find("extensions.NG_scene.") != std::string::npos;
-        return leaf(ANY, "null", !read || fail_here("null where a value is needed"));
+        return leaf(ANY, "null", !scene_depth || fail_here("null where a value is needed"));
     }
     bool boolean(bool v) override
     {
@@ -204,9 +257,9 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
     bool string(string_t &text) override
     {
         enter();
-        if (pattern == "asset.version")
+        if (rule == places.version)
             version = text;
-        else if (pattern == "asset.minVersion")
+        else if (rule == places.min_version)
             min_version = text;
         bool ok = no_zero(text) && count() && check(STRING, "a string");
         leave();
@@ -238,7 +291,12 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
             extras_depth = levels.size();
         else if (extras_depth == levels.size())
             extras_depth = 0;
-        pattern += levels.size() > 1 ? "." + name : name;
+        if (!scene_depth && name == "NG_scene" && levels.back().is_extensions)
+            scene_depth = levels.size();
+        else if (scene_depth == levels.size())
+            scene_depth = 0;
+        is_extensions = name == "extensions";
+        rule = levels.back().rule && !extras_depth ? levels.back().rule->find(name) : nullptr;
         path += levels.size() > 1 ? "." + shortened(name) : shortened(name);
         return no_zero(name);
     }
@@ -252,13 +310,17 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
   private:
     // An array or object that is open, and where the paths return to after each of its items.
     struct Level {
-        bool array;
-        size_t index, path, pattern;
+        bool array, is_extensions;
+        size_t index, path;
+        const Rule *rule;
     };
+    const Places &places = known_places();
     std::vector<Level> levels;
-    std::string path;    // of the current value, for messages: "nodes[2].mesh"
-    std::string pattern; // the same for the table: "nodes[].mesh"
-    size_t extras_depth = 0, values = 0, objects = 0, materials = 0;
+    std::string path;                         // of the current value, for messages: "nodes[2].mesh"
+    const Rule *rule = places.root.get();     // of the current value; null: it may be anything
+    bool is_extensions = false;               // the current value is a member "extensions"
+    size_t extras_depth = 0, scene_depth = 0; // levels in whose member "extras", "NG_scene" this is; 0: not
+    size_t values = 0, objects = 0, materials = 0;
 
     bool fail(std::string why)
     {
@@ -292,28 +354,18 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
         if (levels.empty() || !levels.back().array)
             return; // key() has been here
         path += "[" + std::to_string(levels.back().index++) + "]";
-        pattern += "[]";
+        rule = levels.back().rule ? levels.back().rule->item.get() : nullptr;
+        is_extensions = false;
     }
     void leave()
     {
         path.resize(levels.empty() ? 0 : levels.back().path);
-        pattern.resize(levels.empty() ? 0 : levels.back().pattern);
     }
 
-    Kind expected() const
-    {
-        static const Rules rules = make_rules();
-        if (extras_depth)
-            return ANY;
-        auto rule = rules.find(pattern);
-        if (rule == rules.end())
-            rule = rules.find(pattern.substr(0, pattern.rfind('.') + 1) + "*");
-        return rule == rules.end() ? ANY : rule->second;
-    }
     // Kinds of numbers are in the order of what they allow: an index is a count, a count is an integer, ...
     bool check(Kind found, const std::string &shown)
     {
-        Kind wanted = expected();
+        Kind wanted = rule ? rule->kind : ANY;
         if (wanted == ANY || found == wanted || (wanted >= NUMBER && found > wanted))
             return true;
         return fail_here(shown + " where " + kind_names[wanted] + " is needed");
@@ -332,12 +384,12 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
             return false;
         if (kind == OBJECT && !more(&objects, max_objects, "objects"))
             return false;
-        if (pattern == "materials[]" && !more(&materials, max_materials, "materials"))
+        if (rule && rule == places.material && !more(&materials, max_materials, "materials"))
             return false;
-        counts.buffers += pattern == "buffers[]";
-        counts.views += pattern == "bufferViews[]";
-        counts.accessors += pattern == "accessors[]";
-        levels.push_back({kind == ARRAY, 0, path.size(), pattern.size()});
+        counts.buffers += rule == places.buffer;
+        counts.views += rule == places.view;
+        counts.accessors += rule == places.accessor;
+        levels.push_back({kind == ARRAY, is_extensions, 0, path.size(), rule});
         return levels.size() <= max_depth ||
                fail("JSON nested deeper than " + std::to_string(max_depth) + " levels");
     }
@@ -346,6 +398,8 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
         levels.pop_back();
         if (levels.size() < extras_depth)
             extras_depth = 0;
+        if (levels.size() < scene_depth)
+            scene_depth = 0;
         leave();
         return true;
     }

@@ -7,7 +7,7 @@
 #include <string.h>
 
 static ng_result read_joints(const struct gltf_loader *l, uint32_t index, const struct gltf_skin *skin,
-                             bool *is_joint, ng_entity *out)
+                             ng_entity *out)
 {
     for (uint32_t i = 0; i < skin->joint_count; i++) {
         int node = skin->joints[i];
@@ -17,9 +17,9 @@ static ng_result read_joints(const struct gltf_loader *l, uint32_t index, const 
         out[i] = l->nodes[node];
         if (ng_entity_is_null(out[i]))
             return ng_gltf_error(l, "skin %u: joint %u: node %d is not in the scene", index, i, node);
-        if (is_joint[node])
+        if (l->joint_of[node] == index + 1)
             return ng_gltf_error(l, "skin %u: joint %u: node %d is listed twice", index, i, node);
-        is_joint[node] = true;
+        l->joint_of[node] = index + 1;
     }
     return NG_OK;
 }
@@ -66,11 +66,9 @@ static ng_result make_skeleton(struct gltf_loader *l, uint32_t index, const stru
     NG_TRY(ng_gltf_budget(l, skin->joint_count * (sizeof(ng_entity) + 64), "a skin"));
     s->joint_count = skin->joint_count;
     s->joints = calloc(skin->joint_count, sizeof *s->joints);
-    bool *is_joint = calloc(l->doc->node_count + (size_t)1, sizeof *is_joint);
-    ng_result r =
-        s->joints && is_joint ? read_joints(l, index, skin, is_joint, s->joints) : ng_out_of_memory(l->path);
-    free(is_joint);
-    NG_TRY(r);
+    if (!s->joints)
+        return ng_out_of_memory(l->path);
+    NG_TRY(read_joints(l, index, skin, s->joints));
     return read_inverse_bind(l, index, skin, &s->inverse_bind);
 }
 

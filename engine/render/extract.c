@@ -50,6 +50,7 @@ void ng_extractor_destroy(struct ng_extractor **extractor)
         ng_extract_free_skin(&x->pieces.items[i].skin);
     for (size_t i = 0; i < x->old_pieces.count; i++)
         ng_extract_free_skin(&x->old_pieces.items[i].skin);
+    ng_extract_finish_poses(x);
     ng_extract_finish_lights(x);
     ng_extract_finish_shapes(x);
     ng_array_finish(&x->pieces);

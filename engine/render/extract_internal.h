@@ -34,18 +34,25 @@ struct ng_shape {
 };
 
 // ---- pieces: one a mesh entity, beside its instance -----------------------------------------------------
-// A mesh that follows joints: world-space vertices of its own.
-struct ng_skinned {
+// What all meshes of a skeleton follow.
+struct ng_pose {
     ng_asset skeleton;
     uint32_t joint_count;
-    struct ng_joint_matrix *palette, *wanted; // last skinned, this frame's
+    struct ng_joint_matrix *palette, *wanted; // the last that was another, this frame's
     float *joint_world;                       // [joint_count][16]
-    float *cage;                              // skinned control points of a subdivided mesh
+    uint64_t version;                         // of the palette; 0: not read yet
+    bool used;
+};
+
+// A mesh that follows joints: world-space vertices of its own.
+struct ng_skinned {
+    struct ng_pose *pose;
+    uint64_t posed; // version of the pose that it was last skinned with; 0: never
+    float *cage;    // skinned control points of a subdivided mesh
     float *positions[2], *normals, *tangents;
     float *memory; // all of the above
     int now;       // which positions are the current ones
     struct ng_snapshot_mesh mesh;
-    bool posed; // skinned at least once
 };
 
 struct ng_piece {
@@ -112,7 +119,9 @@ struct ng_extractor {
     NG_ARRAY(struct ng_piece) pieces;
     NG_ARRAY(struct ng_piece) old_pieces; // while listing
     struct ng_index_map piece_of;         // by entity
-    NG_ARRAY(uint32_t) moved;             // instances whose flag and previous matrix are to be settled
+    NG_ARRAY(struct ng_pose *) poses;
+    struct ng_index_map pose_of; // by skeleton
+    NG_ARRAY(uint32_t) moved;    // instances whose flag and previous matrix are to be settled
     NG_ARRAY(struct ng_skin_params) skinning;
     NG_ARRAY(uint32_t) posing; // pieces that are skinned this frame
 
@@ -178,6 +187,7 @@ NG_NODISCARD ng_result ng_extract_touch(struct ng_extractor *x, uint32_t index);
 // The mesh that a piece shows.
 const struct ng_snapshot_mesh *ng_extract_piece_mesh(const struct ng_piece *piece);
 void ng_extract_free_skin(struct ng_skinned **skin);
+void ng_extract_finish_poses(struct ng_extractor *x);
 // 3x4 row-major from 4x4 column-major, within NG_PLACEMENT_MAX: sizes of lights multiply placements.
 void ng_extract_rows(const float matrix[16], float rows[12]);
 void ng_extract_bounds(struct ng_snapshot_instance *instance, const struct ng_snapshot_mesh *mesh);

@@ -1,6 +1,7 @@
 // Pieces: one a visible mesh entity, in the order of entity indices, beside the snapshot's instances. The
 // list is made anew only when entities come, go or change what they are made of; otherwise a frame costs what
-// changed in it. A skinned piece is posed only if its palette differs from the one it was last posed with.
+// changed in it. A palette is read once for all pieces of its skeleton; a skinned piece is posed only if it
+// differs from the one it was last posed with.
 #include "base/jobs.h"
 #include "base/log.h"
 #include "components/mesh.h"
@@ -115,31 +116,89 @@ void ng_extract_free_skin(struct ng_skinned **skin)
     *skin = NULL;
 }
 
+static void free_pose(struct ng_pose *pose)
+{
+    free(pose->palette);
+    free(pose->wanted);
+    free(pose->joint_world);
+    free(pose);
+}
+
+// Drops the poses that no piece follows.
+static void sweep_poses(struct ng_extractor *x)
+{
+    size_t kept = 0;
+    ng_index_map_clear(&x->pose_of);
+    for (size_t i = 0; i < x->poses.count; i++) {
+        struct ng_pose *pose = x->poses.items[i];
+        if (!pose->used) {
+            free_pose(pose);
+            continue;
+        }
+        x->poses.items[kept] = pose;
+        (void)ng_index_map_set(&x->pose_of, pose->skeleton.id, (uint32_t)kept++); // does not grow
+    }
+    x->poses.count = kept;
+}
+
+void ng_extract_finish_poses(struct ng_extractor *x)
+{
+    for (size_t i = 0; i < x->poses.count; i++)
+        free_pose(x->poses.items[i]);
+    ng_array_finish(&x->poses);
+    ng_index_map_finish(&x->pose_of);
+}
+
+static ng_result make_pose(struct ng_extractor *x, ng_asset skeleton, uint32_t joints, struct ng_pose **out)
+{
+    struct ng_pose *pose = calloc(1, sizeof *pose);
+    if (!pose)
+        return ng_out_of_memory("the frame's scene");
+    pose->skeleton = skeleton;
+    pose->joint_count = joints;
+    pose->palette = calloc((size_t)joints + 1, sizeof *pose->palette);
+    pose->wanted = calloc((size_t)joints + 1, sizeof *pose->wanted);
+    pose->joint_world = calloc((size_t)joints + 1, 16 * sizeof(float));
+    if (!pose->palette || !pose->wanted || !pose->joint_world || !ng_array_push(&x->poses, pose)) {
+        free_pose(pose);
+        return ng_out_of_memory("the frame's scene");
+    }
+    *out = pose;
+    return ng_index_map_set(&x->pose_of, skeleton.id, (uint32_t)x->poses.count - 1)
+               ? NG_OK
+               : ng_out_of_memory("the frame's scene");
+}
+
+static ng_result find_pose(struct ng_extractor *x, ng_asset skeleton, uint32_t joints, struct ng_pose **out)
+{
+    uint32_t index = ng_index_map_get(&x->pose_of, skeleton.id);
+    if (index == UINT32_MAX)
+        return make_pose(x, skeleton, joints, out);
+    *out = x->poses.items[index];
+    return NG_OK;
+}
+
 // One block of floats for everything that a skinned piece needs.
-static ng_result make_skin(struct ng_extractor *x, ng_asset skeleton, uint32_t joints,
-                           const struct ng_shape *shape, struct ng_skinned **out)
+static ng_result make_skin(struct ng_extractor *x, struct ng_pose *pose, const struct ng_shape *shape,
+                           struct ng_skinned **out)
 {
     size_t n = shape->mesh.vertex_count, cage = shape->refiner ? shape->cage->vertex_count : 0;
     struct ng_skinned *s = calloc(1, sizeof *s);
     *out = s;
     if (!s)
         return ng_out_of_memory("the frame's scene");
-    s->memory = calloc((size_t)joints * 48 + n * 13 + cage * 3 + 1, sizeof(float));
+    s->memory = calloc(n * 13 + cage * 3 + 1, sizeof(float));
     if (!s->memory) {
         ng_extract_free_skin(out);
         return ng_out_of_memory("the frame's scene");
     }
     float *at = s->memory;
-    s->palette = (struct ng_joint_matrix *)at;
-    s->wanted = (struct ng_joint_matrix *)(at += (size_t)joints * 16);
-    s->joint_world = at += (size_t)joints * 16;
-    s->positions[0] = at += (size_t)joints * 16;
+    s->positions[0] = at;
     s->positions[1] = at += n * 3;
     s->normals = at += n * 3;
     s->tangents = at += n * 3;
     s->cage = at + n * 4;
-    s->skeleton = skeleton;
-    s->joint_count = joints;
+    s->pose = pose;
     s->mesh = shape->mesh;
     s->mesh.key = ++x->clock;
     s->mesh.dynamic = true;
@@ -173,20 +232,28 @@ static const struct ng_skeleton *usable_skeleton(struct ng_extractor *x, ng_enti
     return reason ? NULL : skeleton;
 }
 
-static void read_palette(const struct ng_extractor *x, struct ng_skinned *s,
-                         const struct ng_skeleton *skeleton)
+// Reads where the joints are, and gives the palette a new version where it is another.
+static void follow_joints(struct ng_extractor *x, struct ng_pose *pose)
 {
-    for (uint32_t j = 0; j < s->joint_count; j++)
-        memcpy(s->joint_world + (size_t)j * 16, ng_extract_placement(x, skeleton->joints[j]),
+    const struct ng_skeleton *skeleton = ng_assets_skeleton(x->assets, pose->skeleton);
+    if (!skeleton || skeleton->joint_count != pose->joint_count)
+        return;
+    for (uint32_t j = 0; j < pose->joint_count; j++)
+        memcpy(pose->joint_world + (size_t)j * 16, ng_extract_placement(x, skeleton->joints[j]),
                16 * sizeof(float));
-    ng_skin_palette(s->joint_count, s->joint_world, skeleton->inverse_bind, s->wanted);
+    ng_skin_palette(pose->joint_count, pose->joint_world, skeleton->inverse_bind, pose->wanted);
+    if (pose->version &&
+        ng_extract_same(pose->palette, pose->wanted, pose->joint_count * sizeof *pose->palette))
+        return;
+    NG_SWAP(pose->palette, pose->wanted);
+    pose->version = ++x->clock;
 }
 
 static struct ng_skin_params skin_params(struct ng_piece *piece)
 {
     const struct ng_geometry *g = piece->shape->source;
     struct ng_skinned *s = piece->skin;
-    struct ng_skin_params p = {.joint_count = s->joint_count, .palette = s->palette};
+    struct ng_skin_params p = {.joint_count = s->pose->joint_count, .palette = s->pose->palette};
     if (piece->shape->refiner) {
         p.vertex_count = piece->shape->cage->vertex_count;
         p.joints = piece->shape->cage_joints;
@@ -211,19 +278,15 @@ static struct ng_skin_params skin_params(struct ng_piece *piece)
 static ng_result find_posing(struct ng_extractor *x)
 {
     x->posing.count = x->skinning.count = 0;
+    for (size_t i = 0; i < x->poses.count; i++)
+        follow_joints(x, x->poses.items[i]);
     for (uint32_t i = 0; i < x->pieces.count; i++) {
         struct ng_skinned *s = x->pieces.items[i].skin;
-        const struct ng_skeleton *skeleton = s ? ng_assets_skeleton(x->assets, s->skeleton) : NULL;
-        if (!skeleton || skeleton->joint_count != s->joint_count)
+        if (!s || s->posed == s->pose->version)
             continue;
-        size_t bytes = s->joint_count * sizeof *s->palette;
-        read_palette(x, s, skeleton);
-        if (s->posed && ng_extract_same(s->palette, s->wanted, bytes))
-            continue;
-        memcpy(s->palette, s->wanted, bytes);
         s->mesh.previous_positions = s->posed ? s->positions[s->now] : NULL;
         s->now = !s->now;
-        s->posed = true;
+        s->posed = s->pose->version;
         if (!ng_array_push(&x->posing, i) || !ng_array_push(&x->skinning, skin_params(&x->pieces.items[i])))
             return ng_out_of_memory("the frame's scene");
     }
@@ -272,7 +335,8 @@ ng_result ng_extract_pose(struct ng_extractor *x)
         x->mesh_array.items[instance->mesh] = s->mesh;
         ng_extract_bounds(instance, &s->mesh);
         // Joints under a mirroring parent turn all triangles around; the first joint speaks for them.
-        set_flag(instance, NG_INSTANCE_MIRRORED, s->joint_count && mirrors((const float *)s->palette));
+        set_flag(instance, NG_INSTANCE_MIRRORED,
+                 s->pose->joint_count && mirrors((const float *)s->pose->palette));
         NG_TRY(ng_extract_touch(x, index));
     }
     return NG_OK;
@@ -327,13 +391,15 @@ static ng_result skin_piece(struct ng_extractor *x, struct ng_piece *piece, stru
     if (!skeleton)
         return NG_OK;
     ng_asset id = ((const struct ng_skin *)ng_world_get(x->world, piece->entity, NG_SKIN))->skin;
-    if (old && old->skin && old->skin->skeleton.id == id.id && old->shape_key == piece->shape_key &&
-        old->skin->joint_count == skeleton->joint_count) {
+    struct ng_pose *pose;
+    NG_TRY(find_pose(x, id, skeleton->joint_count, &pose));
+    pose->used = true;
+    if (old && old->skin && old->skin->pose == pose && old->shape_key == piece->shape_key) {
         piece->skin = old->skin;
         old->skin = NULL;
         return NG_OK;
     }
-    return make_skin(x, id, skeleton->joint_count, piece->shape, &piece->skin);
+    return make_skin(x, pose, piece->shape, &piece->skin);
 }
 
 // The material that a piece shows: its own, or the emitter's where a light says how bright it is.
@@ -477,6 +543,8 @@ ng_result ng_extract_list_pieces(struct ng_extractor *x)
     NG_SWAP(x->pieces, x->old_pieces);
     NG_SWAP(x->instances, x->old_instances);
     ng_extract_mark_shapes(x);
+    for (size_t i = 0; i < x->poses.count; i++)
+        x->poses.items[i]->used = false;
     NG_TRY(collect_pieces(x));
     NG_TRY(shape_pieces(x));
     if (!ng_array_resize(&x->instances, x->pieces.count + count_emitters(x)))
@@ -496,6 +564,7 @@ ng_result ng_extract_list_pieces(struct ng_extractor *x)
         ng_extract_free_skin(&x->old_pieces.items[i].skin);
     x->old_pieces.count = x->old_instances.count = 0;
     ng_extract_sweep_shapes(x);
+    sweep_poses(x);
     ng_index_map_clear(&x->piece_of);
     for (uint32_t i = 0; i < x->pieces.count; i++)
         if (!ng_index_map_set(&x->piece_of, x->pieces.items[i].entity.id, i))

@@ -116,7 +116,8 @@ static void damage(struct made *m, struct ng_rng *r)
         m->indices[ng_rng_below(r, c->index_count)] = b;
         break;
     case 3: // repeats its first faces
-        for (uint32_t n = ng_rng_below(r, 16), f = 0, at = 0; f < n && f < c->face_count; at += m->sizes[f++])
+        for (uint32_t n = ng_rng_below(r, 16), end = c->index_count, f = 0, at = 0;
+             f < n && f < c->face_count && at + m->sizes[f] <= end; at += m->sizes[f++])
             add_face(m, m->sizes[f], m->indices + at);
         break;
     case 4: // vertices without faces
