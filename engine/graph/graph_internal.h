@@ -113,6 +113,7 @@ struct ng_graph {
     NG_ARRAY(struct ng_plan_block) plan_blocks;
 
     NG_ARRAY(struct kept) kept;
+    size_t kept_next; // where graph_kept_find begins
     NG_ARRAY(struct cached_object) cache;
     NG_ARRAY(struct memory_block) blocks;
     struct physical *physical; // by plan resource; in the arena

@@ -189,11 +189,17 @@ static ng_result realise_transient(struct ng_graph *g, const struct ng_plan_reso
 
 // ---- What is kept by name ------------------------------------------------------------------------------
 
+// Frames name the same things in the same order, so the search goes on where the last one ended.
 struct kept *graph_kept_find(struct ng_graph *g, const char *name)
 {
-    for (size_t i = 0; name && i < g->kept.count; i++)
-        if (!strcmp(g->kept.items[i].name, name))
-            return &g->kept.items[i];
+    size_t count = g->kept.count, at = g->kept_next;
+    for (size_t i = 0; name && i < count; i++, at++) {
+        at = at < count ? at : 0;
+        if (strcmp(g->kept.items[at].name, name) != 0)
+            continue;
+        g->kept_next = at + 1;
+        return &g->kept.items[at];
+    }
     return NULL;
 }
 

@@ -23,6 +23,10 @@ struct ng_scene_gpu;
 // Size of the small maps (position, normal, flux) of a light, texels a side.
 #define NG_RSM_SIZE        64
 
+// Lights that give light in a frame, at most: with its maps and the passes of every method a light takes up
+// to 16 of the 65,535 resources that a graph holds. A path tracer has no maps, and no such limit.
+#define NG_MAX_LIGHTS 4095
+
 struct ng_frame_info {
     const struct ng_snapshot *snapshot;
     struct ng_scene_gpu *scene; // render/scene_gpu.h: buffers and draws of the snapshot

@@ -6,6 +6,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "render/frame.h"
+#include "render/index_map.h"
 #include "render/light_gpu.h"
 #include "render/scene_gpu.h"
 
@@ -49,7 +50,9 @@ struct ng_light_maps_provider {
     struct ng_light_maps_params params;
     struct ng_gpu_pipeline *depth, *depth_masked, *surface, *surface_textured;
     NG_ARRAY(struct memory) memory;
+    struct ng_index_map memory_of; // by hash of the name
     NG_ARRAY(struct observed) lights;
+    struct ng_index_map names; // hashes of this frame's: how often each was asked for
     uint64_t frame;
 };
 
@@ -144,6 +147,8 @@ void ng_light_maps_destroy(struct ng_light_maps_provider **provider)
     ng_gpu_pipeline_destroy(&self->surface_textured);
     ng_array_finish(&self->memory);
     ng_array_finish(&self->lights);
+    ng_index_map_finish(&self->memory_of);
+    ng_index_map_finish(&self->names);
     free(self);
     *provider = NULL;
 }
@@ -212,41 +217,53 @@ uint32_t ng_light_maps_face_size(uint64_t budget, uint32_t faces)
     return size;
 }
 
-static bool name_is_taken(const struct ng_light_maps_provider *self, size_t count, const char *name)
+static uint64_t name_key(const char *name)
 {
-    for (size_t i = 0; i < count; i++)
-        if (strcmp(self->lights.items[i].name.text, name) == 0)
-            return true;
-    return false;
+    return ng_hash_string(name) | 1; // never 0
 }
 
-// Names of lights are people's; passes and images need unique ones.
-static void name_light(struct ng_light_maps_provider *self, size_t index, const char *wanted)
+// Names of lights are people's; passes and images need unique ones. A name that was asked for n times goes on
+// with the number n + 1, so that thousands of one name do not search for theirs.
+static ng_result name_light(struct ng_light_maps_provider *self, size_t index, const char *wanted)
 {
     char *name = self->lights.items[index].name.text;
     size_t room = sizeof self->lights.items[index].name;
     if (!wanted[0])
         wanted = "light";
     snprintf(name, room, "%s", wanted);
-    for (size_t n = 2; name_is_taken(self, index, name); n++)
-        snprintf(name, room, "%s#%zu", wanted, n);
+    uint32_t n = ng_index_map_get(&self->names, name_key(wanted));
+    for (n = n == UINT32_MAX ? 1 : n; ng_index_map_get(&self->names, name_key(name)) != UINT32_MAX;)
+        snprintf(name, room, "%s#%u", wanted, ++n);
+    return ng_index_map_set(&self->names, name_key(wanted), n) &&
+                   ng_index_map_set(&self->names, name_key(name), 1)
+               ? NG_OK
+               : ng_out_of_memory("the lights of a frame");
 }
 
 static struct memory *remember(struct ng_light_maps_provider *self, const struct map_name *name)
 {
-    for (size_t i = 0; i < self->memory.count; i++)
-        if (strcmp(self->memory.items[i].name.text, name->text) == 0)
-            return &self->memory.items[i];
-    if (!ng_array_push(&self->memory, (struct memory){.name = *name}))
+    uint64_t key = name_key(name->text);
+    uint32_t known = ng_index_map_get(&self->memory_of, key);
+    if (known != UINT32_MAX)
+        return &self->memory.items[known];
+    if (!ng_array_push(&self->memory, (struct memory){.name = *name}) ||
+        !ng_index_map_set(&self->memory_of, key, (uint32_t)self->memory.count - 1))
         return NULL;
     return &self->memory.items[self->memory.count - 1];
 }
 
+// Removing moves entries. The map held as many, so setting does not fail.
 static void forget_unused_names(struct ng_light_maps_provider *self)
 {
+    size_t before = self->memory.count;
     for (size_t i = self->memory.count; i-- > 0;)
         if (self->memory.items[i].last_frame != self->frame)
             ng_array_swap_remove(&self->memory, i);
+    if (self->memory.count == before)
+        return;
+    ng_index_map_clear(&self->memory_of);
+    for (uint32_t i = 0; i < self->memory.count; i++)
+        (void)ng_index_map_set(&self->memory_of, name_key(self->memory.items[i].name.text), i);
 }
 
 static uint64_t hash_views(const struct ng_frame_info *frame, const struct ng_light_gpu *l,
@@ -371,6 +388,7 @@ static ng_result observe_lights(struct ng_light_maps_provider *self, const struc
     const struct ng_snapshot *s = frame->snapshot;
     uint32_t faces = 0;
     size_t count = 0;
+    ng_index_map_clear(&self->names);
     if (!ng_array_resize(&self->lights, s->light_count))
         return ng_out_of_memory("the lights of a frame");
     for (uint32_t i = 0; i < s->light_count; i++) {
@@ -381,7 +399,7 @@ static ng_result observe_lights(struct ng_light_maps_provider *self, const struc
                              &o->gpu);
         if (!o->gpu.depth_view_count || !o->gpu.data.vpl_count)
             continue;
-        name_light(self, count, s->lights[i].name);
+        NG_TRY(name_light(self, count, s->lights[i].name));
         faces += o->gpu.depth_view_count;
         count++;
     }

@@ -248,6 +248,18 @@ static ng_result declare_frame(struct ng_renderer *r, const struct ng_render_par
     return NG_OK;
 }
 
+static ng_result check_lights(const struct ng_snapshot *s)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < s->light_count; i++)
+        count += s->lights[i].power > 0;
+    if (count <= NG_MAX_LIGHTS)
+        return NG_OK;
+    ng_log_error("the scene has %u lights, at most %d can be drawn; switch some off, or use the path tracer",
+                 count, NG_MAX_LIGHTS);
+    return NG_ERROR_UNSUPPORTED;
+}
+
 ng_result ng_renderer_frame(struct ng_renderer *r, struct ng_cmd **cmd, const struct ng_render_params *p)
 {
     NG_REQUIRE(p && p->snapshot && p->width && p->height, "a frame needs a snapshot and a size");
@@ -258,6 +270,7 @@ ng_result ng_renderer_frame(struct ng_renderer *r, struct ng_cmd **cmd, const st
                                       .height = p->height,
                                       .method = p->method ? p->method : "raster",
                                       .other_method = p->shown.comparison ? p->shown.other_method : NULL};
+    NG_TRY(check_lights(p->snapshot));
     NG_TRY(remember_frame(r, p));
     NG_TRY(ng_scene_gpu_update(r->scene, p->snapshot, p->width, p->height));
     NG_TRY(declare_frame(r, p));

@@ -8,6 +8,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "gpu/transfer.h"
+#include "render/index_map.h"
 #include "render/passes.h"
 
 #include <cglm/cglm.h>
@@ -62,7 +63,8 @@ struct ng_scene_gpu {
     NG_ARRAY(struct mesh_entry) meshes;
     NG_ARRAY(struct image_entry) images;
     NG_ARRAY(struct group_entry) groups;
-    NG_ARRAY(uint32_t) mesh_of, image_of; // cache entries of the snapshot's meshes and images
+    struct ng_index_map mesh_at, image_at, group_at; // entries by key
+    NG_ARRAY(uint32_t) mesh_of, image_of;            // cache entries of the snapshot's meshes and images
     NG_ARRAY(struct draw_key) order;
     struct ng_gpu_image *white, *black; // one texel each
     struct ng_frame_range view_range, instance_range, material_range;
@@ -173,6 +175,9 @@ void ng_scene_gpu_destroy(struct ng_scene_gpu **scene)
     ng_array_finish(&s->meshes);
     ng_array_finish(&s->images);
     ng_array_finish(&s->groups);
+    ng_index_map_finish(&s->mesh_at);
+    ng_index_map_finish(&s->image_at);
+    ng_index_map_finish(&s->group_at);
     ng_array_finish(&s->mesh_of);
     ng_array_finish(&s->image_of);
     ng_array_finish(&s->order);
@@ -237,10 +242,13 @@ static ng_result update_mesh(struct ng_scene_gpu *s, uint32_t index)
     const struct ng_snapshot_mesh *m = &s->snapshot->meshes[index];
     uint32_t at = s->mesh_of.items[index];
     if (at >= s->meshes.count || s->meshes.items[at].key != m->key) {
-        for (at = 0; at < s->meshes.count && s->meshes.items[at].key != m->key; at++)
-            ;
-        if (at == s->meshes.count && !ng_array_push(&s->meshes, (struct mesh_entry){.key = m->key}))
-            return ng_out_of_memory("the scene on the GPU");
+        at = ng_index_map_get(&s->mesh_at, m->key);
+        if (at == UINT32_MAX) {
+            at = (uint32_t)s->meshes.count;
+            if (!ng_array_push(&s->meshes, (struct mesh_entry){.key = m->key}) ||
+                !ng_index_map_set(&s->mesh_at, m->key, at))
+                return ng_out_of_memory("the scene on the GPU");
+        }
         s->mesh_of.items[index] = at;
     }
     struct mesh_entry *e = &s->meshes.items[at];
@@ -289,10 +297,13 @@ static ng_result update_image(struct ng_scene_gpu *s, uint32_t index)
     const struct ng_snapshot_image *image = &s->snapshot->images[index];
     uint32_t at = s->image_of.items[index];
     if (at >= s->images.count || s->images.items[at].key != image->key) {
-        for (at = 0; at < s->images.count && s->images.items[at].key != image->key; at++)
-            ;
-        if (at == s->images.count && !ng_array_push(&s->images, (struct image_entry){.key = image->key}))
-            return ng_out_of_memory("the scene on the GPU");
+        at = ng_index_map_get(&s->image_at, image->key);
+        if (at == UINT32_MAX) {
+            at = (uint32_t)s->images.count;
+            if (!ng_array_push(&s->images, (struct image_entry){.key = image->key}) ||
+                !ng_index_map_set(&s->image_at, image->key, at))
+                return ng_out_of_memory("the scene on the GPU");
+        }
         s->image_of.items[index] = at;
     }
     struct image_entry *e = &s->images.items[at];
@@ -345,7 +356,7 @@ static uint64_t group_key(const struct ng_scene_gpu *s, const struct ng_snapshot
     material_images(m, images);
     for (int i = 0; i < TEXTURES; i++)
         key = ng_hash_combine(key, images[i] == NG_NONE ? 0 : s->snapshot->images[images[i]].key + 1);
-    return key;
+    return key | 1; // never 0
 }
 
 // The bind group of a material's textures, made when a draw first needs it.
@@ -353,12 +364,12 @@ static ng_result group_of(struct ng_scene_gpu *s, const struct ng_snapshot_mater
                           const struct ng_gpu_pipeline *pipeline, const struct ng_gpu_bind_group **out)
 {
     uint64_t key = group_key(s, m);
-    for (size_t i = 0; i < s->groups.count; i++)
-        if (s->groups.items[i].key == key) {
-            s->groups.items[i].last_used = s->frame;
-            *out = s->groups.items[i].group;
-            return NG_OK;
-        }
+    uint32_t known = ng_index_map_get(&s->group_at, key);
+    if (known != UINT32_MAX) {
+        s->groups.items[known].last_used = s->frame;
+        *out = s->groups.items[known].group;
+        return NG_OK;
+    }
     struct ng_gpu_binding bindings[TEXTURES];
     uint32_t images[TEXTURES];
     material_images(m, images);
@@ -368,6 +379,10 @@ static ng_result group_of(struct ng_scene_gpu *s, const struct ng_snapshot_mater
         return ng_out_of_memory("the scene on the GPU");
     struct group_entry e = {.key = key, .last_used = s->frame};
     NG_TRY(ng_gpu_bind_group_create(s->gpu, "material", pipeline, 1, bindings, TEXTURES, &e.group));
+    if (!ng_index_map_set(&s->group_at, key, (uint32_t)s->groups.count)) {
+        ng_gpu_bind_group_destroy(&e.group);
+        return ng_out_of_memory("the scene on the GPU");
+    }
     s->groups.items[s->groups.count++] = e;
     *out = e.group;
     return NG_OK;
@@ -375,8 +390,23 @@ static ng_result group_of(struct ng_scene_gpu *s, const struct ng_snapshot_mater
 
 // ---- A frame's data --------------------------------------------------------------------------------------
 
+// Removing moves entries. The maps held as many, so setting does not fail.
+static void index_entries(struct ng_scene_gpu *s)
+{
+    ng_index_map_clear(&s->mesh_at);
+    ng_index_map_clear(&s->image_at);
+    ng_index_map_clear(&s->group_at);
+    for (uint32_t i = 0; i < s->meshes.count; i++)
+        (void)ng_index_map_set(&s->mesh_at, s->meshes.items[i].key, i);
+    for (uint32_t i = 0; i < s->images.count; i++)
+        (void)ng_index_map_set(&s->image_at, s->images.items[i].key, i);
+    for (uint32_t i = 0; i < s->groups.count; i++)
+        (void)ng_index_map_set(&s->group_at, s->groups.items[i].key, i);
+}
+
 static void drop_unused(struct ng_scene_gpu *s)
 {
+    size_t before = s->groups.count + s->meshes.count + s->images.count;
     if (s->frame < UNUSED_FRAMES)
         return;
     uint64_t oldest = s->frame - UNUSED_FRAMES;
@@ -396,6 +426,8 @@ static void drop_unused(struct ng_scene_gpu *s)
             ng_gpu_image_destroy(&s->images.items[i].image);
             ng_array_swap_remove(&s->images, i);
         }
+    if (s->groups.count + s->meshes.count + s->images.count != before)
+        index_entries(s);
 }
 
 enum kind { KIND_PLAIN, KIND_MOVING, KIND_TEXTURED };
@@ -436,10 +468,15 @@ static bool draws_before(const struct draw_key *a, const struct draw_key *b)
     return a->group != b->group ? a->group < b->group : a->instance < b->instance;
 }
 
-// Shell sort: in place, and quick on the nearly sorted order of the frame before.
+// Shell sort: in place, and quick on the nearly sorted order of the frame before. With Knuth's gaps (1, 4,
+// 13,
+// ...) it takes at most count^1.5 steps; halves of the count would take count^2 where two meshes alternate.
 static void sort_draws(struct draw_key *keys, size_t count)
 {
-    for (size_t gap = count / 2; gap; gap /= 2)
+    size_t gap = 1;
+    while (gap < count / 3)
+        gap = gap * 3 + 1;
+    for (; gap; gap /= 3)
         for (size_t i = gap; i < count; i++) {
             struct draw_key k = keys[i];
             size_t at = i;
