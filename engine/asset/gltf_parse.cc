@@ -143,13 +143,14 @@ bool keep_image(tinygltf::Image *image, int, std::string *, std::string *, int, 
 
 // tinygltf calls an inverse bind matrix accessor required; glTF 2.0 does not. It also repeats data: URIs in
 // full.
-std::string remaining_error(std::string text)
+std::string remaining_error(const std::string &all)
 {
     static const std::string harmless = "'inverseBindMatrices' property is missing in Skin.\n";
     constexpr size_t shown = 60;
-    for (size_t at; (at = text.find(harmless)) != std::string::npos;)
-        text.erase(at, harmless.size());
-    text.resize(std::min(text.find('\n'), text.size()));
+    size_t begin = 0;
+    while (all.compare(begin, harmless.size(), harmless) == 0)
+        begin += harmless.size();
+    std::string text = all.substr(begin, std::min(all.find('\n', begin), all.size()) - begin);
     size_t data = text.find("data:"), end = text.find(' ', data);
     if (data != std::string::npos && std::min(end, text.size()) - data > shown)
         text.replace(data + shown, std::min(end, text.size()) - data - shown, "...");
