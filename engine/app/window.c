@@ -2,11 +2,13 @@
 #include "app/window.h"
 
 #include "base/log.h"
+#include "base/printable.h"
 
 #define GLFW_INCLUDE_NONE
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -148,9 +150,11 @@ ng_result ng_window_create(const struct ng_window_params *params, struct ng_wind
     if (result != NG_OK)
         goto fail;
     glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
-    internal->handle = glfwCreateWindow(params->width ? (int)params->width : 1280,
-                                        params->height ? (int)params->height : 720,
-                                        params->title ? params->title : "lightformer", NULL, NULL);
+    internal->handle =
+        glfwCreateWindow(params->width ? (int)params->width : 1280,
+                         params->height ? (int)params->height : 720, "lightformer", NULL, NULL);
+    if (internal->handle && params->title)
+        ng_window_set_title(w, params->title);
     if (!internal->handle) {
         ng_log_error("cannot open a window: %s", glfw_reason());
         result = NG_ERROR_DEVICE;
@@ -246,5 +250,8 @@ void ng_window_close(struct ng_window *window)
 
 void ng_window_set_title(struct ng_window *window, const char *title)
 {
-    glfwSetWindowTitle(window->internal->handle, title);
+    char shown[1024];
+    snprintf(shown, sizeof shown, "%s", title);
+    ng_make_printable(shown);
+    glfwSetWindowTitle(window->internal->handle, shown);
 }

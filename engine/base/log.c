@@ -1,5 +1,6 @@
 // One mutex around one sink: messages are rare, so nothing cleverer pays.
 #include "base/log.h"
+#include "base/printable.h"
 
 #include <pthread.h>
 #include <stdarg.h>
@@ -27,19 +28,11 @@ void ng_log_set_sink(ng_log_fn fn, void *user)
     pthread_mutex_unlock(&sink_lock);
 }
 
-// Names from files may hold anything: what would break the line or drive the terminal is shown as '?'.
-static void make_printable(char *text)
-{
-    for (unsigned char *c = (unsigned char *)text; *c; c++)
-        if (*c < 0x20 || *c == 0x7f)
-            *c = '?';
-}
-
 static void log_va(enum ng_log_level level, const char *fmt, va_list args)
 {
     char text[2048];
     vsnprintf(text, sizeof text, fmt, args);
-    make_printable(text);
+    ng_make_printable(text); // names from files may hold anything
     pthread_mutex_lock(&sink_lock);
     sink_fn(sink_user, level, text);
     pthread_mutex_unlock(&sink_lock);

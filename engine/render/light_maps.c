@@ -5,6 +5,7 @@
 #include "base/array.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "base/printable.h"
 #include "render/frame.h"
 #include "render/index_map.h"
 #include "render/light_gpu.h"
@@ -231,6 +232,7 @@ static ng_result name_light(struct ng_light_maps_provider *self, size_t index, c
     if (!wanted[0])
         wanted = "light";
     snprintf(name, room, "%s", wanted);
+    ng_make_printable(name); // passes are listed by name
     uint32_t n = ng_index_map_get(&self->names, name_key(wanted));
     for (n = n == UINT32_MAX ? 1 : n; ng_index_map_get(&self->names, name_key(name)) != UINT32_MAX;)
         snprintf(name, room, "%s#%u", wanted, ++n);

@@ -1,6 +1,7 @@
 // Where the executor's time goes, and how fast its multiplications could be.
 #include "lightformer/net/executor_internal.h"
 
+#include "base/printable.h"
 #include "base/system.h"
 
 #include <string.h>
@@ -92,14 +93,23 @@ double lf_net_peak(enum lf_net_kernel kernel, struct ng_jobs *jobs)
 
 // ---- The plan, for people -------------------------------------------------------------------------------
 
+// Names come from the file of the network.
+static const char *shown(const char *name, char out[LF_NAME])
+{
+    snprintf(out, LF_NAME, "%s", name);
+    ng_make_printable(out);
+    return out;
+}
+
 static void print_code(const struct lf_net_executor *e, const struct lf_code *code, FILE *out)
 {
     const struct lf_value *values = e->net->values.items;
+    char name[LF_NAME];
     fprintf(out, "      %-18s", figure_names[code->kind]);
     if (code->op)
-        fprintf(out, " %-10s %-16s", lf_op_name(code->op->kind), values[code->op->out].name);
+        fprintf(out, " %-10s %-16s", lf_op_name(code->op->kind), shown(values[code->op->out].name, name));
     else if (code->value != LF_NO_VALUE && code->kind != LF_CODE_STORE_OUTPUT)
-        fprintf(out, " %-27s", values[code->value].name);
+        fprintf(out, " %-27s", shown(values[code->value].name, name));
     if (code->product != LF_NO_VALUE) {
         const struct lf_product *p = &e->plan.products.items[code->product];
         fprintf(out, " %u x %u", p->outputs, p->weights_channels);

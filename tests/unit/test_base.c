@@ -8,6 +8,7 @@
 #include "base/jobs.h"
 #include "base/log.h"
 #include "base/pool.h"
+#include "base/printable.h"
 #include "base/rng.h"
 #include "base/system.h"
 
@@ -218,6 +219,43 @@ static void halfs_round_to_the_nearest(void **state)
     assert_int_equal(ng_half_from_float(FLT_TRUE_MIN), 0);
 }
 
+static void names_are_made_printable(void **state)
+{
+    NG_UNUSED(state);
+    static const struct {
+        const char *name, *shown;
+    } names[] = {
+        {"plain", "plain"},
+        {"", ""},
+        {"Grün \xe7\x8e\x8b \xf0\x9f\x99\x82",
+         "Grün \xe7\x8e\x8b \xf0\x9f\x99\x82"}, // two, three and four bytes
+        {"a\x1b[31m\x07\n\t\x7f", "a?[31m????"},
+        {"C1: \xc2\x9b"
+         "31m \xc2\x80 \xc2\xa0",
+         "C1: ?31m ? \xc2\xa0"}, // U+00A0 is a space
+        {"\xe2\x80\xae"
+         "abc\xe2\x81\xa6\xe2\x80\xa8\xd8\x9c",
+         "?abc???"},
+        {"\x9b\xff\xc0\xaf\xe0\x80\xaf", "???"
+                                         "????"}, // bare and overlong
+        {"\xed\xa0\x80\xf4\x90\x80\x80\xf8", "???????"
+                                             "?"}, // a surrogate, beyond the last
+        {"cut \xe7\x8e", "cut ??"},
+        {"\xc3(", "?("},
+    };
+    for (size_t i = 0; i < NG_COUNT(names); i++) {
+        char text[64];
+        snprintf(text, sizeof text, "%s", names[i].name);
+        ng_make_printable(text);
+        assert_string_equal(text, names[i].shown);
+        struct test_log log;
+        test_log_begin(&log);
+        ng_log_warn("%s", names[i].name);
+        test_log_end(&log);
+        assert_memory_equal(log.text, names[i].shown, strlen(names[i].shown));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -225,6 +263,7 @@ int main(void)
         cmocka_unit_test(pool_finds_stale_handles),   cmocka_unit_test(jobs_run_each_item_once),
         cmocka_unit_test(rng_is_fixed_and_uniform),   cmocka_unit_test(halfs_are_exact),
         cmocka_unit_test(halfs_round_to_the_nearest), cmocka_unit_test(memory_is_what_every_limit_leaves),
+        cmocka_unit_test(names_are_made_printable),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

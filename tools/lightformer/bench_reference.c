@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/jobs.h"
 #include "base/log.h"
+#include "base/printable.h"
 #include "base/rng.h"
 #include "base/system.h"
 #include "lightformer/reference/reference.h"
@@ -187,9 +188,9 @@ static void print_figures(const struct session *s, const struct figures *f)
 {
     const struct lf_path_stats *p = &f->last.paths;
     double paths = (double)s->params->size.width * s->params->size.height * s->params->samples;
-    printf("%s, %ux%u, %u samples a pixel, %u threads\n", ng_path_name(s->params->scene),
-           s->params->size.width, s->params->size.height, s->params->samples,
-           ng_jobs_threads(s->stage->jobs));
+    ng_print_line(stdout, "%s, %ux%u, %u samples a pixel, %u threads", ng_path_name(s->params->scene),
+                  s->params->size.width, s->params->size.height, s->params->samples,
+                  ng_jobs_threads(s->stage->jobs));
     printf("bare loop of closest hits  %8.2f million rays a second\n", f->bare * 1e-6);
     printf("path tracer                %8.2f million rays a second, ratio %.3f\n", f->traced * 1e-6,
            f->ratio);

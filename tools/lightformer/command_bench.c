@@ -15,6 +15,7 @@
 #include "base/array.h"
 #include "base/file.h"
 #include "base/log.h"
+#include "base/printable.h"
 #include "base/system.h"
 #include "gpu/device.h"
 
@@ -319,8 +320,8 @@ static void print_pass(const struct pass *p)
 
 static void print_report(const struct bench *b, const struct report *r)
 {
-    printf("%s, %ux%u, %u frames on %s\n", ng_path_name(b->scene), b->size.width, b->size.height, b->frames,
-           r->device);
+    ng_print_line(stdout, "%s, %ux%u, %u frames on %s", ng_path_name(b->scene), b->size.width, b->size.height,
+                  b->frames, r->device);
     printf("frame: median %.2f ms, 95 %% below %.2f ms; memory %.0f MiB\n\n", r->frame_median_ms,
            r->frame_p95_ms, r->memory_mib);
     printf("%-40s %10s %10s %8s\n", "pass", "CPU ms", "GPU ms", "runs");

@@ -7,6 +7,7 @@
 
 #include "asset/assets.h"
 #include "asset/gltf.h"
+#include "base/printable.h"
 #include "base/result.h"
 #include "components/components.h"
 #include "components/name.h"
@@ -190,7 +191,7 @@ static void each_camera(const struct ng_world *world, ng_entity root,
 static void print_camera(void *user, const char *name)
 {
     NG_UNUSED(user);
-    printf("  camera \"%s\"\n", name);
+    ng_print_line(stdout, "  camera \"%s\"", name);
 }
 
 static void write_camera(void *user, const char *name)
@@ -201,7 +202,7 @@ static void write_camera(void *user, const char *name)
 static void print_scene(const char *path, struct ng_world *world, const struct ng_assets *assets,
                         const struct ng_gltf_scene *s)
 {
-    printf("%s\n", path);
+    ng_print_line(stdout, "%s", path);
     printf("  %u entities, %u materials, %u lights, %u skins, %u images, %.1f MiB\n", s->entity_count,
            s->material_count, s->light_count, s->skin_count, s->image_count,
            (double)ng_assets_memory(assets) / (1 << 20));

@@ -5,6 +5,7 @@
 
 #include "base/jobs.h"
 #include "base/log.h"
+#include "base/printable.h"
 #include "lightformer/net/net.h"
 #include "lightformer/tensors/tensors.h"
 
@@ -227,10 +228,10 @@ static const char *const notes[] = {"family", "preset", "training", "data", "dat
 
 static void print_table(const struct net *n, const struct lf_net *net)
 {
-    printf("%s: %llu parameters\n", n->file, (unsigned long long)lf_net_parameters(net));
+    ng_print_line(stdout, "%s: %llu parameters", n->file, (unsigned long long)lf_net_parameters(net));
     for (size_t i = 0; i < NG_COUNT(notes); i++)
         if (lf_net_note(net, notes[i]))
-            printf("  %-9s %s\n", notes[i], lf_net_note(net, notes[i]));
+            ng_print_line(stdout, "  %-9s %s", notes[i], lf_net_note(net, notes[i]));
     printf("  reads    ");
     for (uint32_t i = 0; i < LF_INPUT_COUNT; i++)
         if (lf_net_reads(net, (enum lf_net_input)i))

@@ -10,6 +10,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "base/printable.h"
 #include "lightformer/dataset/sampler.h"
 #include "lightformer/neural/neural.h"
 
@@ -264,8 +265,8 @@ static bool check_options(const struct render *r)
     bool exr = false;
     for (uint32_t i = 0; i < r->outputs.count; i++) {
         if (!output_knows(r->outputs.items[i])) {
-            fprintf(stderr, "lightformer render: --output: \"%s\" ends neither in .exr nor in .png\n",
-                    r->outputs.items[i]);
+            ng_print_line(stderr, "lightformer render: --output: \"%s\" ends neither in .exr nor in .png",
+                          r->outputs.items[i]);
             return false;
         }
         exr |= is_exr(r->outputs.items[i]);

@@ -1,18 +1,21 @@
 #include "json.h"
 
+#include "base/printable.h"
+
 #include <assert.h>
 #include <math.h>
 
 static void print_string(FILE *out, const char *text)
 {
     fputc('"', out);
-    for (const unsigned char *p = (const unsigned char *)text; *p; p++) {
-        if (*p == '"' || *p == '\\')
-            fprintf(out, "\\%c", *p);
-        else if (*p < 0x20)
-            fprintf(out, "\\u%04x", *p);
-        else
-            fputc(*p, out);
+    for (const char *p = text, *begin = p; *p; begin = p) {
+        uint32_t c = ng_next_character(&p);
+        if (c == '"' || c == '\\')
+            fprintf(out, "\\%c", (int)c);
+        else if (ng_character_shows(c))
+            fwrite(begin, 1, (size_t)(p - begin), out);
+        else // U+FFFD stands for what is no character
+            fprintf(out, "\\u%04x", c == NG_NO_CHARACTER ? 0xfffdu : c);
     }
     fputc('"', out);
 }

@@ -3,6 +3,7 @@
 #include "files.h"
 
 #include "base/interrupt.h"
+#include "base/printable.h"
 #include "base/result.h"
 
 #include <assert.h>
@@ -35,10 +36,8 @@ static const struct cli_command *find_command(const char *name)
         names[i] = commands[i]->name;
     }
     const char *near = cli_nearest(name, names);
-    fprintf(stderr, "lightformer: there is no command \"%s\"", name);
-    if (near)
-        fprintf(stderr, "; did you mean %s?", near);
-    fputs(" (see lightformer --help)\n", stderr);
+    ng_print_line(stderr, "lightformer: there is no command \"%s\"%s%s%s (see lightformer --help)", name,
+                  near ? "; did you mean " : "", near ? near : "", near ? "?" : "");
     return NULL;
 }
 

@@ -3,6 +3,7 @@
 #include "options.h"
 
 #include "base/file.h"
+#include "base/printable.h"
 #include "base/result.h"
 
 #include <assert.h>
@@ -226,12 +227,13 @@ struct parser {
 static enum cli_parsed wrong(const struct parser *p, const char *fmt, ...) NG_PRINTF(2, 3);
 static enum cli_parsed wrong(const struct parser *p, const char *fmt, ...)
 {
+    char text[1024];
     va_list args;
     va_start(args, fmt);
-    fprintf(p->err, "lightformer %s: ", p->command->name);
-    vfprintf(p->err, fmt, args);
-    fprintf(p->err, " (see lightformer %s --help)\n", p->command->name);
+    vsnprintf(text, sizeof text, fmt, args);
     va_end(args);
+    ng_print_line(p->err, "lightformer %s: %s (see lightformer %s --help)", p->command->name, text,
+                  p->command->name);
     return CLI_WRONG;
 }
 
@@ -240,7 +242,10 @@ static enum cli_parsed set_value(struct parser *p, const struct cli_option *o, c
     p->given |= (uint64_t)1 << (o - p->command->options);
     if (parse_value(o, text, p->values))
         return CLI_RUN;
-    fprintf(p->err, "lightformer %s: %s: \"%s\" is not ", p->command->name, o->name, text);
+    char shown[256];
+    snprintf(shown, sizeof shown, "%s", text);
+    ng_make_printable(shown);
+    fprintf(p->err, "lightformer %s: %s: \"%s\" is not ", p->command->name, o->name, shown);
     print_accepted(o, p->err);
     fputc('\n', p->err);
     return CLI_WRONG;
