@@ -262,13 +262,6 @@ static ng_result check_camera(const struct lf_variations *self, const struct ite
     return check_box(self, item, item->v.look_min, item->v.look_max, 3, "box to look at");
 }
 
-static bool same_aim(const struct item *a, const struct item *b)
-{
-    if (a->v.kind == NG_VARIATION_TIME || b->v.kind == NG_VARIATION_TIME)
-        return a->v.kind == b->v.kind;
-    return ng_entity_same(a->v.target, b->v.target) && a->field.field == b->field.field;
-}
-
 static ng_result check(const struct lf_variations *self, size_t index)
 {
     struct item *item = &self->items.items[index];
@@ -278,11 +271,45 @@ static ng_result check(const struct lf_variations *self, size_t index)
         NG_TRY(check_camera(self, item));
     else
         NG_TRY(check_field(self, item));
-    for (size_t i = 0; i < index; i++)
-        if (same_aim(&self->items.items[i], item))
-            return REFUSE(self, item, NG_ERROR_FORMAT, "\"%s\" varies the same already",
-                          name_of(self, self->items.items[i].entity));
     return NG_OK;
+}
+
+// What an item varies: the time, or a field of an entity (of a camera: null).
+static int by_aim(const void *a, const void *b)
+{
+    const struct item *x = *(const struct item *const *)a, *y = *(const struct item *const *)b;
+    bool x_time = x->v.kind == NG_VARIATION_TIME, y_time = y->v.kind == NG_VARIATION_TIME;
+    if (x_time || y_time)
+        return (x_time < y_time) - (x_time > y_time);
+    if (!ng_entity_same(x->v.target, y->v.target))
+        return x->v.target.id < y->v.target.id ? -1 : 1;
+    uintptr_t x_field = (uintptr_t)x->field.field, y_field = (uintptr_t)y->field.field;
+    return (x_field > y_field) - (x_field < y_field);
+}
+
+static int by_aim_and_place(const void *a, const void *b)
+{
+    const struct item *x = *(const struct item *const *)a, *y = *(const struct item *const *)b;
+    int order = by_aim(a, b);
+    return order ? order : (x > y) - (x < y);
+}
+
+static ng_result check_distinct(const struct lf_variations *self)
+{
+    size_t count = self->items.count;
+    const struct item **sorted = malloc((count + 1) * sizeof(const struct item *));
+    if (!sorted)
+        return ng_out_of_memory("a scene's variations");
+    for (size_t i = 0; i < count; i++)
+        sorted[i] = &self->items.items[i];
+    qsort(sorted, count, sizeof *sorted, by_aim_and_place);
+    ng_result result = NG_OK;
+    for (size_t i = 1; i < count && result == NG_OK; i++)
+        if (by_aim(&sorted[i - 1], &sorted[i]) == 0)
+            result = REFUSE(self, sorted[i], NG_ERROR_FORMAT, "\"%s\" varies the same already",
+                            name_of(self, sorted[i - 1]->entity));
+    free(sorted);
+    return result;
 }
 
 // ---- finding ---------------------------------------------------------------------------------------------
@@ -323,6 +350,8 @@ ng_result lf_variations_create(struct ng_world *world, struct lf_variations **ou
     ng_result result = collect(self);
     for (size_t i = 0; result == NG_OK && i < self->items.count; i++)
         result = check(self, i);
+    if (result == NG_OK)
+        result = check_distinct(self);
     if (result != NG_OK)
         lf_variations_destroy(&self);
     *out = self;

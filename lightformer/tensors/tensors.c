@@ -289,6 +289,26 @@ static bool read_tensor(struct lf_json *j, struct lf_tensors *t, unsigned char *
     return true;
 }
 
+static int by_name(const void *a, const void *b)
+{
+    return strcmp((*(const struct lf_tensor *const *)a)->name, (*(const struct lf_tensor *const *)b)->name);
+}
+
+static bool names_differ(const struct lf_tensors *t)
+{
+    size_t count = t->list.count;
+    const struct lf_tensor **sorted = malloc((count + 1) * sizeof(const struct lf_tensor *));
+    bool differ = sorted;
+    for (size_t i = 0; differ && i < count; i++)
+        sorted[i] = &t->list.items[i];
+    if (differ)
+        qsort(sorted, count, sizeof *sorted, by_name);
+    for (size_t i = 1; differ && i < count; i++)
+        differ = by_name(&sorted[i - 1], &sorted[i]) != 0;
+    free(sorted);
+    return differ;
+}
+
 static bool read_header(struct lf_tensors *t, unsigned char *file, size_t size, uint64_t header)
 {
     struct lf_json j = lf_json_begin(file + 8, header);
@@ -300,13 +320,12 @@ static bool read_header(struct lf_tensors *t, unsigned char *file, size_t size, 
         if (strcmp(tensor.name, "__metadata__") == 0) {
             if (!read_notes(&j, t))
                 return false;
-        } else if (lf_tensors_find(t, tensor.name) ||
-                   !read_tensor(&j, t, file + 8 + header, size - 8 - header, &tensor) ||
+        } else if (!read_tensor(&j, t, file + 8 + header, size - 8 - header, &tensor) ||
                    !ng_array_push(&t->list, tensor)) {
             return false;
         }
     }
-    return lf_json_end(&j) && t->bytes == size - 8 - header;
+    return lf_json_end(&j) && t->bytes == size - 8 - header && names_differ(t);
 }
 
 // Null, or what is wrong.
