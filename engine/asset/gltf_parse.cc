@@ -45,8 +45,8 @@ uint32_t u32_at(const unsigned char *data, size_t at)
     return data[at] | data[at + 1] << 8 | data[at + 2] << 16 | (uint32_t)data[at + 3] << 24;
 }
 
-// The JSON of either kind of file. The header of a GLB is checked here so that the message can say what is
-// wrong; tinygltf checks the second chunk.
+// The JSON of either kind of file. The chunks of a GLB are checked here: so that the message can say what is
+// wrong, and as tinygltf forgets the second chunk's own header when it compares its length with the file's.
 bool find_json(const char *path, const unsigned char *data, size_t size, Span *out)
 {
     *out = {reinterpret_cast<const char *>(data), size};
@@ -68,6 +68,11 @@ bool find_json(const char *path, const unsigned char *data, size_t size, Span *o
     if (u32_at(data, 16) != 0x4e4f534a || u32_at(data, 12) > size - 20) {
         ng_log_error("%s: GLB chunk 0 is not JSON or its length of %u runs past the file", path,
                      u32_at(data, 12));
+        return false;
+    }
+    size_t end = (size_t)20 + u32_at(data, 12);
+    if (size - end >= 8 && u32_at(data, end) > size - end - 8) {
+        ng_log_error("%s: GLB chunk 1 is %u bytes long, which run past the file", path, u32_at(data, end));
         return false;
     }
     *out = {reinterpret_cast<const char *>(data) + 20, u32_at(data, 12)};

@@ -7,7 +7,6 @@
 #include "asset/gltf.h"
 #include "base/array.h"
 #include "base/file.h"
-#include "base/rng.h"
 #include "components/components.h"
 #include "scene/world.h"
 
@@ -580,59 +579,13 @@ static void test_glb(void **state)
     put_u32(g.bytes + 12, g.size);
     refuse_glb(&g, g.size, "chunk 0 is not JSON or its length");
     put_u32(g.bytes + 12, json);
+    put_u32(g.bytes + 20 + json, 8); // the chunk's own header counts too
+    refuse_glb(&g, g.size, "GLB chunk 1 is 8 bytes long");
     put_u32(g.bytes + 20 + json, 4096);
-    refuse_glb(&g, g.size, "BIN Chunk");
+    refuse_glb(&g, g.size, "GLB chunk 1 is");
     put_u32(g.bytes + 20 + json, 0xffffffff);
-    refuse_glb(&g, g.size, "BIN Chunk");
+    refuse_glb(&g, g.size, "GLB chunk 1 is");
     free(g.bytes);
-}
-
-// Loads whatever the bytes are: an error of one line, or a scene.
-static void load_anything(const struct glb *g, const char *path)
-{
-    struct fixture f = begin();
-    struct ng_gltf_scene scene;
-    struct test_log log;
-    assert_int_equal(ng_file_write(path, g->bytes, g->size), NG_OK);
-    test_log_begin(&log);
-    ng_result r =
-        ng_gltf_load(path, f.world, f.assets, &(struct ng_gltf_params){.max_memory = 1 << 24}, &scene);
-    test_log_end(&log);
-    if ((r == NG_OK) != (log.errors == 0) || log.errors > 1)
-        fail_msg("result %d with %d errors: %s", r, log.errors, log.text);
-    if (r != NG_OK)
-        assert_int_equal(ng_world_entity_count(f.world), 0);
-    end(&f);
-}
-
-// Some thousand damaged copies of files that use most features: bits flipped, digits changed, parts cut out.
-static void test_mutations(void **state)
-{
-    NG_UNUSED(state);
-    static const char *const files[] = {"everything.gltf", "skin.gltf", "cage.gltf", "triangle.gltf"};
-    char path[512];
-    test_path(path, sizeof path, "mutation.glb");
-    for (size_t n = 0; n < NG_COUNT(files); n++) {
-        char from[256];
-        snprintf(from, sizeof from, "tests/files/good/%s", files[n]);
-        struct glb g = make_glb(from);
-        struct ng_rng rng = ng_rng_make(7, n);
-        for (int i = 0; i < 1000; i++) {
-            size_t at = i < 40 ? (size_t)i : ng_rng_below(&rng, (uint32_t)g.size);
-            unsigned char saved[8];
-            size_t length = g.size - at < sizeof saved ? g.size - at : sizeof saved;
-            memcpy(saved, g.bytes + at, length);
-            if (i % 3 == 0)
-                g.bytes[at] ^= (unsigned char)(1u << ng_rng_below(&rng, 8));
-            else if (i % 3 == 1)
-                g.bytes[at] = (unsigned char)"0123456789-.\",:{}[]AZ/"[ng_rng_below(&rng, 22)];
-            else
-                memset(g.bytes + at, i % 2 ? ' ' : '9', length);
-            load_anything(&g, path);
-            memcpy(g.bytes + at, saved, length);
-        }
-        free(g.bytes);
-    }
 }
 
 int main(void)
@@ -646,7 +599,7 @@ int main(void)
         cmocka_unit_test(test_many_buffers),   cmocka_unit_test(test_links_lead_nowhere_else),
         cmocka_unit_test(test_later_version),  cmocka_unit_test(test_memory_limit),
         cmocka_unit_test(test_image_limit),    cmocka_unit_test(test_glb),
-        cmocka_unit_test(test_cages),          cmocka_unit_test(test_mutations),
+        cmocka_unit_test(test_cages),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
