@@ -165,7 +165,7 @@ static void add_uvs(struct made *m, struct ng_rng *r)
         else if (kind == 2)
             m->uvs[i] = (float)ng_rng_below(r, 3);
         else // as smooth as the surface, with a seam now and then
-            m->uvs[i] = (float)m->indices[i / 2] * 0.1f + (float)fuzz_one_in(r, 12);
+            m->uvs[i] = 0.1f * (float)m->indices[i >> 1] + (fuzz_one_in(r, 12) ? 1 : 0);
 }
 
 static void make_cage(struct made *m, struct ng_rng *r)
