@@ -158,8 +158,9 @@ ng_result ng_extract_place_lights(struct ng_extractor *x)
         NG_TRY(place_light(x, i));
     for (uint32_t i = 0; i < x->slots.count; i++) {
         struct ng_light_slot *slot = &x->slots.items[i];
-        uint64_t company = 0;
-        for (uint32_t k = slot->place; k != NG_NONE; k = x->slots.items[k].next_in_place)
+        // The first of a place comes before the others, who take what it found.
+        uint64_t company = slot->place == i ? 0 : x->slots.items[slot->place].company;
+        for (uint32_t k = slot->place == i ? i : NG_NONE; k != NG_NONE; k = x->slots.items[k].next_in_place)
             company = ng_hash_combine(company, x->slots.items[k].entity.id);
         if (company != slot->company) // others are in its way now, or no longer
             slot->version = slot->unit_version = ++x->clock;
