@@ -81,6 +81,8 @@ static bool set_surface(const struct lf_light_clues *light, struct lf_light_shap
     if (!s->type->surface || s->image.width)
         return false;
     s->type->surface(s, &surface);
+    if (surface.shape == NG_LIGHT_SHAPE_MESH)
+        return false; // it says no more of itself
     lf_to_scene(&light->space, &surface.matrix[12], out->center);
     for (int c = 0; c < 3; c++)
         out->radiance[c] = surface.radiance[c] / light->phi * light->space.radius * light->space.radius;
