@@ -94,7 +94,9 @@ bool lf_trace_occluded(const struct lf_tracer *t, const struct lf_ray *ray)
     return lf_trace_shadowed(t, ray, NG_NONE);
 }
 
-// As Embree wants them; what is no ray is not valid. Lane by lane and axis by axis, so that it vectorizes.
+// As Embree wants them; what is no ray is not valid, and harmless besides: kernels narrower than a packet
+// take rays that end before they begin for none, whatever `valid` says. Lane by lane and axis by axis, so
+// that it vectorizes.
 static void aim_side_by_side(const struct lf_tracer *t, const struct lf_packet *p, struct lf_query *q,
                              int valid[LF_PACKET], struct RTCRayHit16 *out)
 {
@@ -104,17 +106,18 @@ static void aim_side_by_side(const struct lf_tracer *t, const struct lf_packet *
     for (int i = 0; i < LF_PACKET; i++) {
         const float origin[3] = {p->origin[0][i], p->origin[1][i], p->origin[2][i]};
         const float direction[3] = {p->direction[0][i], p->direction[1][i], p->direction[2][i]};
-        valid[i] = -(int)(is_ray(origin, direction, 0, p->far[i]) & (p->far[i] > 0));
+        bool ray = is_ray(origin, direction, 0, p->far[i]) & (p->far[i] > 0);
+        valid[i] = -(int)ray;
+        out->ray.org_x[i] = ray ? origin[0] : 0;
+        out->ray.org_y[i] = ray ? origin[1] : 0;
+        out->ray.org_z[i] = ray ? origin[2] : 0;
+        out->ray.dir_x[i] = ray ? direction[0] : 0;
+        out->ray.dir_y[i] = ray ? direction[1] : 0;
+        out->ray.dir_z[i] = ray ? direction[2] : 1;
+        out->ray.tfar[i] = ray ? p->far[i] : -INFINITY;
         out->ray.mask[i] = UINT32_MAX;
         out->hit.geomID[i] = out->hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
-    memcpy(&out->ray.org_x, p->origin[0], sizeof p->origin[0]);
-    memcpy(&out->ray.org_y, p->origin[1], sizeof p->origin[1]);
-    memcpy(&out->ray.org_z, p->origin[2], sizeof p->origin[2]);
-    memcpy(&out->ray.dir_x, p->direction[0], sizeof p->direction[0]);
-    memcpy(&out->ray.dir_y, p->direction[1], sizeof p->direction[1]);
-    memcpy(&out->ray.dir_z, p->direction[2], sizeof p->direction[2]);
-    memcpy(&out->ray.tfar, p->far, sizeof p->far);
 }
 
 void lf_trace_packet_occluded(const struct lf_tracer *t, struct lf_packet *p)
@@ -137,7 +140,8 @@ void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_h
     rtcIntersect16(valid, t->scene, &q.context, &r);
     for (unsigned int i = 0; i < LF_PACKET; i++) {
         p->met[i] = valid[i] && r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
-        p->far[i] = r.ray.tfar[i];
+        if (p->met[i])
+            p->far[i] = r.ray.tfar[i];
         if (p->met[i] && hits) {
             struct RTCRay ray = lf_ray_of(&r.ray, LF_PACKET, i);
             struct RTCHit hit = lf_hit_of(&r.hit, LF_PACKET, i);
@@ -150,8 +154,10 @@ void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_h
 static void aim_packet(const struct lf_ray *rays, uint32_t count, int valid[LF_PACKET], struct RTCRay16 *out)
 {
     for (uint32_t i = 0; i < LF_PACKET; i++) {
+        static const struct lf_ray none = {.direction = {0, 0, 1}, .near = 0, .far = -INFINITY};
         const struct lf_ray *ray = &rays[i < count ? i : 0];
         valid[i] = -(int)((i < count) & is_ray(ray->origin, ray->direction, ray->near, ray->far));
+        ray = valid[i] ? ray : &none;
         out->org_x[i] = ray->origin[0];
         out->org_y[i] = ray->origin[1];
         out->org_z[i] = ray->origin[2];
@@ -181,7 +187,7 @@ void lf_trace_closest_many(const struct lf_tracer *t, const struct lf_ray *rays,
             r.hit.geomID[i] = r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect16(valid, t->scene, &q.context, &r);
         for (unsigned int i = 0; i < lanes; i++) {
-            met[begin + i] = r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+            met[begin + i] = valid[i] && r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
             if (!met[begin + i])
                 continue;
             struct RTCRay ray = lf_ray_of(&r.ray, LF_PACKET, i);
