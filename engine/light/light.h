@@ -18,6 +18,7 @@
 #include "scene/component.h"
 
 #include <math.h>
+#include <stdalign.h>
 
 #define NG_LIGHT_PARAMS_SIZE 64
 #define NG_PI                3.14159265358979323846f
@@ -38,7 +39,7 @@ struct ng_light_tables; // importance distribution, light_internal.h
 // A light of a frame. `params` is a copy of the component, whatever its type. Zero it, fill it, prepare it.
 struct ng_light_source {
     const struct ng_light_type *type;
-    _Alignas(8) unsigned char params[NG_LIGHT_PARAMS_SIZE];
+    alignas(8) unsigned char params[NG_LIGHT_PARAMS_SIZE];
     float matrix[16]; // placement, column-major
     float scene_center[3], scene_radius;
     struct ng_light_image image; // rectangle's texture, environment's map, or the mesh's emissive texture

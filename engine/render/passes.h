@@ -1,10 +1,10 @@
 // What passes are written with: textures from the graph, ranges of the frame's memory, and pipelines that
 // cover the picture.
 //
-// Numbers that shaders branch on travel in storage buffers, never in uniform buffers or push constants: lavapipe
-// compiles a shader anew for each value of those (Mesa's inlined uniforms). The camera's view, which nothing
-// branches on, stays in a uniform buffer: what lavapipe loads from storage is 0 in the pixels of a quad that a
-// triangle does not cover, and derivatives would take that in.
+// Numbers that shaders branch on travel in storage buffers, never in uniform buffers or push constants:
+// lavapipe compiles a shader anew for each value of those (Mesa's inlined uniforms). The camera's view, which
+// nothing branches on, stays in a uniform buffer: what lavapipe loads from storage is 0 in the pixels of a
+// quad that a triangle does not cover, and derivatives would take that in.
 #ifndef NG_RENDER_PASSES_H
 #define NG_RENDER_PASSES_H
 
@@ -13,21 +13,11 @@
 #include "graph/graph.h"
 
 // A resource of the graph as a texture that is fetched, not filtered.
-static inline struct ng_gpu_binding ng_pass_texture(const struct ng_pass_context *ctx,
-                                                    struct ng_graph_ref ref, uint32_t binding)
-{
-    return (struct ng_gpu_binding){.binding = binding,
-                                   .view = ng_pass_view(ctx, ref),
-                                   .layout = ng_pass_layout(ctx, ref),
-                                   .sampler = ng_gpu_sampler(ctx->gpu, &(struct ng_gpu_sampler_params){0})};
-}
+struct ng_gpu_binding ng_pass_texture(const struct ng_pass_context *ctx, struct ng_graph_ref ref,
+                                      uint32_t binding);
 
 // A range of the frame's memory as a buffer.
-static inline struct ng_gpu_binding ng_pass_range(const struct ng_frame_range *range, uint32_t binding)
-{
-    return (struct ng_gpu_binding){
-        .binding = binding, .buffer = range->buffer, .offset = range->offset, .range = range->size};
-}
+struct ng_gpu_binding ng_pass_range(const struct ng_frame_range *range, uint32_t binding);
 
 // A pipeline that covers the picture: `params` without a vertex stage, which is fullscreen.vert. Draw 3
 // vertices.

@@ -33,15 +33,17 @@ static inline float lf_lobe_cosine(const struct lf_lobe *at)
 static inline void lf_lobe_to_world(const struct lf_frame *frame, const struct ng_local_direction *l,
                                     float out[3])
 {
-    lf_frame_to_world(frame, (const float[3]){l->x, l->y, l->z}, out);
+    const float local[3] = {l->x, l->y, l->z};
+    lf_frame_to_world(frame, local, out);
     lf_normalize(out);
 }
 
 // The viewer in a frame around the normal.
 static inline struct ng_local_direction lf_lobe_view(const struct lf_lobe *at, const struct lf_frame *frame)
 {
-    return (struct ng_local_direction){lf_dot(frame->tangent, at->view), lf_dot(frame->bitangent, at->view),
-                                       lf_lobe_cosine(at)};
+    const struct ng_local_direction view = {lf_dot(frame->tangent, at->view),
+                                            lf_dot(frame->bitangent, at->view), lf_lobe_cosine(at)};
+    return view;
 }
 
 // Direction `u` (lf_lobe_samples), unit; may lead below the surface.

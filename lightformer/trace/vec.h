@@ -70,8 +70,9 @@ struct lf_frame {
 static inline struct lf_frame lf_frame_around(float x, float y, float z)
 {
     float sign = z < 0 ? -1.0f : 1.0f, a = -1.0f / (sign + z), b = x * y * a;
-    return (struct lf_frame){
+    const struct lf_frame frame = {
         {1 + sign * x * x * a, sign * b, -sign * x}, {b, sign + y * y * a, -y}, {x, y, z}};
+    return frame;
 }
 
 // `local`: along tangent, bitangent and normal.
