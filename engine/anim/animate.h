@@ -3,7 +3,10 @@
 #define NG_ANIM_ANIMATE_H
 
 #include "anim/clip.h"
+#include "base/extern_c.h"
 #include "base/result.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_animator;
 struct ng_jobs;
@@ -35,5 +38,7 @@ NG_NODISCARD ng_result ng_animate(struct ng_animator *animator, const struct ng_
 // The same as a system of the world, in NG_PHASE_ANIMATE, for the world's life. `time` of the params is not
 // used.
 NG_NODISCARD ng_result ng_animation_system_add(const struct ng_animate_params *p);
+
+NG_EXTERN_C_END
 
 #endif

@@ -5,7 +5,10 @@
 #define NG_ANIM_SAMPLE_H
 
 #include "anim/clip.h"
+#include "base/extern_c.h"
 #include "components/animation.h"
+
+NG_EXTERN_C_BEGIN
 
 // Where an animation is in its clip at scene time `time`, seconds. Loops wrap into [0, duration); others
 // clamp to [0, duration]. A clip of no duration is at 0.
@@ -26,5 +29,7 @@ struct ng_blend {
 void ng_blend_add(struct ng_blend *b, const float value[4], uint32_t width, bool rotation, float weight);
 // False (out untouched) if nothing was added. A single value comes out bit for bit.
 bool ng_blend_result(const struct ng_blend *b, uint32_t width, bool rotation, float out[4]);
+
+NG_EXTERN_C_END
 
 #endif

@@ -4,10 +4,13 @@
 #ifndef NG_ANIM_SKINNING_H
 #define NG_ANIM_SKINNING_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_jobs;
 
@@ -38,5 +41,7 @@ struct ng_skin_params {
 void ng_skin_vertices(struct ng_jobs *jobs, const struct ng_skin_params *p);
 // Several meshes at once, so that many small characters fill all threads.
 void ng_skin_batch(struct ng_jobs *jobs, struct ng_skin_params *meshes, uint32_t count);
+
+NG_EXTERN_C_END
 
 #endif

@@ -6,7 +6,10 @@
 #define NG_APP_CAMERA_CONTROLLER_H
 
 #include "app/input.h"
+#include "base/extern_c.h"
 #include "components/transform.h"
+
+NG_EXTERN_C_BEGIN
 
 // Zero is not valid: begin with ng_camera_controller_look.
 struct ng_camera_controller {
@@ -37,5 +40,7 @@ void ng_camera_controller_update(struct ng_camera_controller *c, const struct ng
 
 // Where the camera is: what to write to its entity, which must have no parent.
 struct ng_transform ng_camera_controller_transform(const struct ng_camera_controller *c);
+
+NG_EXTERN_C_END
 
 #endif

@@ -3,7 +3,11 @@
 #ifndef NG_APP_PLAYBACK_H
 #define NG_APP_PLAYBACK_H
 
+#include "base/extern_c.h"
+
 #include <stdbool.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_playback {
     double time;     // seconds, what the scene is evaluated at
@@ -18,5 +22,7 @@ void ng_playback_advance(struct ng_playback *p, double seconds);
 void ng_playback_scrub(struct ng_playback *p, double seconds);
 // Jumps to a time.
 void ng_playback_seek(struct ng_playback *p, double time);
+
+NG_EXTERN_C_END
 
 #endif

@@ -12,7 +12,10 @@
 #define NG_APP_STAGE_H
 
 #include "asset/gltf.h"
+#include "base/extern_c.h"
 #include "render/renderer.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_window;
 
@@ -70,5 +73,7 @@ NG_NODISCARD ng_result ng_stage_advance(struct ng_stage *stage, double time, con
 // Moves the scene to the frame's time, draws it and shows it in the window. Nothing is drawn for a minimised
 // window.
 NG_NODISCARD ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *frame);
+
+NG_EXTERN_C_END
 
 #endif

@@ -17,10 +17,13 @@
 #define NG_APP_WINDOW_H
 
 #include "app/input.h"
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_window_params {
     const char *title;      // null: "lightformer"
@@ -53,5 +56,7 @@ void ng_window_poll(struct ng_window *window);
 void ng_window_wait(struct ng_window *window, double seconds);
 void ng_window_close(struct ng_window *window);
 void ng_window_set_title(struct ng_window *window, const char *title);
+
+NG_EXTERN_C_END
 
 #endif

@@ -7,10 +7,13 @@
 
 #include "anim/clip.h"
 #include "anim/skeleton.h"
+#include "base/extern_c.h"
 #include "base/result.h"
 #include "scene/entity.h"
 
 #include <stddef.h>
+
+NG_EXTERN_C_BEGIN
 
 // A Catmull-Clark control cage. Its vertices are its own; `vertex_map` ties them to those of the geometry's
 // triangulated fallback, which is where a skinned cage finds its joints and weights.
@@ -85,5 +88,7 @@ ng_asset ng_assets_next(const struct ng_assets *a, enum ng_asset_kind kind, ng_a
 size_t ng_assets_memory(const struct ng_assets *a); // bytes held
 // Another number whenever an asset was added or removed.
 uint64_t ng_assets_revision(const struct ng_assets *a);
+
+NG_EXTERN_C_END
 
 #endif

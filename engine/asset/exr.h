@@ -4,10 +4,13 @@
 #ifndef NG_ASSET_EXR_H
 #define NG_ASSET_EXR_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stddef.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 enum ng_exr_type { NG_EXR_UINT, NG_EXR_HALF, NG_EXR_FLOAT }; // as the format numbers them
 
@@ -65,5 +68,7 @@ void ng_exr_finish(struct ng_exr *exr);
 // Borrowed; null if there is none of that name.
 const struct ng_exr_plane *ng_exr_plane(const struct ng_exr *exr, const char *name);
 const char *ng_exr_text(const struct ng_exr *exr, const char *name);
+
+NG_EXTERN_C_END
 
 #endif

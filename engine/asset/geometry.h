@@ -3,6 +3,9 @@
 #define NG_ASSET_GEOMETRY_H
 
 #include "asset/assets.h"
+#include "base/extern_c.h"
+
+NG_EXTERN_C_BEGIN
 
 // Fills in what is missing, in place: `positions` and `indices` are needed, the other arrays may be null.
 // Missing normals are flat (glTF 2.0, 3.7.2.1), which gives each triangle vertices of its own (so joints,
@@ -18,5 +21,7 @@ void ng_geometry_finish(struct ng_geometry *g);
 // Frees a cage and its arrays; zeroes the pointer; null is fine.
 void ng_cage_free(struct ng_cage **cage);
 size_t ng_geometry_size(const struct ng_geometry *g); // bytes of all arrays
+
+NG_EXTERN_C_END
 
 #endif

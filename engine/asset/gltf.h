@@ -6,8 +6,11 @@
 #ifndef NG_ASSET_GLTF_H
 #define NG_ASSET_GLTF_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 #include "scene/entity.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_assets;
 struct ng_world;
@@ -51,5 +54,7 @@ struct ng_gltf_scene {
 // NG_ERROR_NOT_FOUND, NG_ERROR_IO: a file could not be read.
 NG_NODISCARD ng_result ng_gltf_load(const char *path, struct ng_world *world, struct ng_assets *assets,
                                     const struct ng_gltf_params *params, struct ng_gltf_scene *out);
+
+NG_EXTERN_C_END
 
 #endif

@@ -8,8 +8,11 @@
 
 #include "asset/gltf.h"
 #include "base/arena.h"
+#include "base/extern_c.h"
 
 #include <stddef.h>
+
+NG_EXTERN_C_BEGIN
 
 // JSON of an extension.
 enum gltf_kind { GLTF_BOOL, GLTF_NUMBER, GLTF_STRING, GLTF_ARRAY, GLTF_OBJECT };
@@ -181,10 +184,6 @@ struct gltf_counts {
     size_t buffers, views, accessors;
 };
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 // Checks the JSON of a file.
 NG_NODISCARD ng_result ng_gltf_scan(const char *path, const char *text, size_t size,
                                     struct gltf_counts *counts);
@@ -199,8 +198,6 @@ void ng_gltf_document_destroy(struct gltf_document **doc);
 bool ng_gltf_file_path(const char *document, const char *name, char *out, size_t size, const char **why);
 bool ng_gltf_uri_path(const char *document, const char *uri, char *out, size_t size, const char **why);
 
-#ifdef __cplusplus
-}
-#endif
+NG_EXTERN_C_END
 
 #endif

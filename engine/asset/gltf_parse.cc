@@ -11,12 +11,10 @@
 #include <fstream> // tiny_gltf.h forgets it without a file system
 #include <tiny_gltf.h>
 
-extern "C" {
 #include "asset/gltf_internal.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
-}
 
 #include <algorithm>
 #include <climits>

@@ -4,10 +4,8 @@
 // wrong type as if it were absent. So the text first goes through an event parser, which bounds depth,
 // number of values and size of integers, and holds every property of glTF 2.0 that is read against one
 // table: which paths hold which kind of value. What the table does not name may be anything.
-extern "C" {
 #include "asset/gltf_internal.h"
 #include "base/log.h"
-}
 
 #include <algorithm>
 #include <climits>

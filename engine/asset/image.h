@@ -3,6 +3,9 @@
 #define NG_ASSET_IMAGE_H
 
 #include "asset/assets.h"
+#include "base/extern_c.h"
+
+NG_EXTERN_C_BEGIN
 
 // Zero means default.
 struct ng_image_params {
@@ -26,5 +29,7 @@ uint32_t ng_pixel_size(enum ng_pixel_format format); // bytes
 // Replaces a single-level image by one with all mips down to 1x1: a box filter in linear light, with texels
 // of odd sizes weighted by the area they cover.
 NG_NODISCARD ng_result ng_image_make_mips(struct ng_image *image);
+
+NG_EXTERN_C_END
 
 #endif

@@ -4,10 +4,9 @@
 //
 // The surface stays closed along what is divided: a vertex there is a sharp corner of all its fans, or, on a
 // line that all of them pass along, a point of the same boundary curve.
-extern "C" {
-#include "asset/assets.h"
-}
 #include "asset/manifold_internal.h"
+
+#include "asset/assets.h"
 
 #include <algorithm>
 #include <numeric>

@@ -4,6 +4,9 @@
 #define NG_ASSET_PNG_H
 
 #include "asset/image.h"
+#include "base/extern_c.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_png_text {
     const char *key, *value; // key: 1 to 79 Latin-1 characters; value: UTF-8
@@ -26,5 +29,7 @@ NG_NODISCARD ng_result ng_png_decode(const char *name, const void *data, size_t 
                                      const struct ng_image_params *params, struct ng_image *out);
 // The value of the first text chunk with this key, from malloc, or null.
 NG_NODISCARD char *ng_png_text(const void *data, size_t size, const char *key);
+
+NG_EXTERN_C_END
 
 #endif

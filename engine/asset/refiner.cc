@@ -4,15 +4,13 @@
 //
 // A refined vertex becomes several output vertices where its face-varying UVs differ, and where edges that
 // are still sharp divide the faces around it into sectors.
-extern "C" {
 #include "asset/refiner.h"
+
 #include "asset/assets.h"
+#include "asset/manifold_internal.h"
 #include "base/jobs.h"
 #include "base/log.h"
 #include "components/subdivision.h"
-}
-
-#include "asset/manifold_internal.h"
 
 #include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/stencilTableFactory.h>

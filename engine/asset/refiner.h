@@ -7,15 +7,14 @@
 #ifndef NG_ASSET_REFINER_H
 #define NG_ASSET_REFINER_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 #include "scene/component.h"
 
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+NG_EXTERN_C_BEGIN
 
 struct ng_cage;
 struct ng_geometry;
@@ -77,8 +76,6 @@ void ng_refiner_apply(const struct ng_refiner *r, struct ng_jobs *jobs, const st
 // `*out` is from malloc, with all its arrays; ng_cage_free (asset/geometry.h) releases it.
 NG_NODISCARD ng_result ng_cage_from_geometry(const struct ng_geometry *g, struct ng_cage **out);
 
-#ifdef __cplusplus
-}
-#endif
+NG_EXTERN_C_END
 
 #endif

@@ -5,7 +5,11 @@
 #ifndef NG_BASE_ARENA_H
 #define NG_BASE_ARENA_H
 
+#include "base/extern_c.h"
+
 #include <stddef.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_arena_block;
 struct ng_arena {
@@ -23,5 +27,7 @@ void *ng_arena_array(struct ng_arena *a, size_t count, size_t size);
 char *ng_arena_string(struct ng_arena *a, const char *text);
 void ng_arena_reset(struct ng_arena *a);
 void ng_arena_finish(struct ng_arena *a);
+
+NG_EXTERN_C_END
 
 #endif

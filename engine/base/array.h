@@ -7,8 +7,12 @@
 #ifndef NG_BASE_ARRAY_H
 #define NG_BASE_ARRAY_H
 
+#include "base/extern_c.h"
+
 #include <stdbool.h>
 #include <stddef.h>
+
+NG_EXTERN_C_BEGIN
 
 #define NG_ARRAY(type)                                                                                       \
     struct {                                                                                                 \
@@ -32,5 +36,7 @@
 bool ng_array_reserve_(void **items, size_t *capacity, size_t size, size_t want);
 bool ng_array_resize_(void **items, size_t *count, size_t *capacity, size_t size, size_t want);
 void ng_array_free_(void *items);
+
+NG_EXTERN_C_END
 
 #endif

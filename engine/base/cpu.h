@@ -6,10 +6,13 @@
 #ifndef NG_BASE_CPU_H
 #define NG_BASE_CPU_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 enum ng_cpu_feature { // each with those above it
     NG_CPU_SSE42,
@@ -34,5 +37,7 @@ NG_NODISCARD ng_result ng_cpu_check(void);
 enum ng_cpu_set { NG_CPU_SET_AVX512, NG_CPU_SET_AVX2, NG_CPU_SET_PLAIN, NG_CPU_SETS };
 // Number `index` of those that this processor has; NG_CPU_SETS past the end.
 enum ng_cpu_set ng_cpu_set_of(uint32_t index);
+
+NG_EXTERN_C_END
 
 #endif

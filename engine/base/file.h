@@ -2,11 +2,14 @@
 #ifndef NG_BASE_FILE_H
 #define NG_BASE_FILE_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 // Reads a regular file whole. `*data` is from malloc, owned by the caller, and followed by a zero byte that
 // is not counted. Files larger than `limit` bytes (0: 4 GiB) are refused before anything is allocated.
@@ -50,5 +53,7 @@ bool ng_path_beside(const char *beside, const char *name, char *out, size_t out_
 const char *ng_path_extension(const char *path);
 // The last path component. Borrowed from `path`.
 const char *ng_path_name(const char *path);
+
+NG_EXTERN_C_END
 
 #endif

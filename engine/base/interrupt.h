@@ -3,7 +3,11 @@
 #ifndef NG_BASE_INTERRUPT_H
 #define NG_BASE_INTERRUPT_H
 
+#include "base/extern_c.h"
+
 #include <stdbool.h>
+
+NG_EXTERN_C_BEGIN
 
 // From now on these signals end the process as they always do, after ng_file_abandon; and a file that grows
 // past the process's limit is an error of the write, not a signal.
@@ -16,5 +20,7 @@ void ng_interrupt_hold(void);
 bool ng_interrupt_came(void);
 // The end of ng_interrupt_hold. If a signal was noted the process ends by it, and this does not return.
 void ng_interrupt_release(void);
+
+NG_EXTERN_C_END
 
 #endif

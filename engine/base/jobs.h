@@ -6,9 +6,12 @@
 #ifndef NG_BASE_JOBS_H
 #define NG_BASE_JOBS_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_jobs;
 
@@ -26,5 +29,7 @@ typedef void (*ng_jobs_fn)(void *user, uint32_t begin, uint32_t end, uint32_t wo
 
 // Runs fn over [0, count) and returns when all of it is done. A null pool runs everything in place.
 void ng_jobs_for(struct ng_jobs *jobs, uint32_t count, uint32_t grain, ng_jobs_fn fn, void *user);
+
+NG_EXTERN_C_END
 
 #endif

@@ -4,7 +4,10 @@
 #ifndef NG_BASE_LOG_H
 #define NG_BASE_LOG_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
+
+NG_EXTERN_C_BEGIN
 
 enum ng_log_level { NG_LOG_DEBUG, NG_LOG_INFO, NG_LOG_WARN, NG_LOG_ERROR };
 
@@ -28,5 +31,7 @@ static inline ng_result ng_out_of_memory(const char *what)
     ng_log_error("out of memory: %s", what);
     return NG_ERROR_MEMORY;
 }
+
+NG_EXTERN_C_END
 
 #endif

@@ -8,8 +8,11 @@
 #define NG_BASE_POOL_H
 
 #include "base/array.h"
+#include "base/extern_c.h"
 
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_pool {
     NG_ARRAY(uint16_t) generation; // by slot; bit 15: in use
@@ -28,5 +31,7 @@ static inline uint32_t ng_pool_slot(uint32_t handle)
     return handle & (NG_POOL_MAX_SLOTS - 1);
 }
 void ng_pool_finish(struct ng_pool *p);
+
+NG_EXTERN_C_END
 
 #endif

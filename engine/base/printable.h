@@ -3,11 +3,14 @@
 #ifndef NG_BASE_PRINTABLE_H
 #define NG_BASE_PRINTABLE_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
+
+NG_EXTERN_C_BEGIN
 
 #define NG_NO_CHARACTER UINT32_MAX
 
@@ -21,5 +24,7 @@ bool ng_character_shows(uint32_t character);
 void ng_make_printable(char *text);
 // Prints one line, made printable, and its end. A line that finds no memory is left out.
 void ng_print_line(FILE *out, const char *fmt, ...) NG_PRINTF(2, 3);
+
+NG_EXTERN_C_END
 
 #endif

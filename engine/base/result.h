@@ -9,6 +9,10 @@
 #ifndef NG_BASE_RESULT_H
 #define NG_BASE_RESULT_H
 
+#include "base/extern_c.h"
+
+NG_EXTERN_C_BEGIN
+
 enum ng_result {
     NG_OK = 0,
     NG_ERROR_USAGE,       // a rule of the interface was broken by the caller
@@ -48,5 +52,7 @@ const char *ng_result_text(ng_result r);
     } while (0)
 
 void ng_require_failed_(const char *file, int line, const char *func, const char *fmt, ...) NG_PRINTF(4, 5);
+
+NG_EXTERN_C_END
 
 #endif

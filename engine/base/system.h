@@ -2,8 +2,12 @@
 #ifndef NG_BASE_SYSTEM_H
 #define NG_BASE_SYSTEM_H
 
+#include "base/extern_c.h"
+
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 // Nanoseconds of a clock that never goes back; differences only.
 uint64_t ng_clock_ns(void);
@@ -22,5 +26,7 @@ uint64_t ng_system_available_memory(void);
 uint64_t ng_system_available_memory_below(const char *root);
 // True if standard error is a terminal (progress bars).
 bool ng_system_stderr_is_terminal(void);
+
+NG_EXTERN_C_END
 
 #endif

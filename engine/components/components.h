@@ -5,8 +5,11 @@
 #ifndef NG_COMPONENTS_COMPONENTS_H
 #define NG_COMPONENTS_COMPONENTS_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 #include "scene/component.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_world;
 
@@ -31,5 +34,7 @@ bool ng_component_is_light(ng_component component);
 
 // Registers all of the engine's components; the world must have none yet, so that ids are these.
 NG_NODISCARD ng_result ng_components_register(struct ng_world *world);
+
+NG_EXTERN_C_END
 
 #endif

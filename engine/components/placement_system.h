@@ -6,11 +6,16 @@
 #ifndef NG_COMPONENTS_PLACEMENT_SYSTEM_H
 #define NG_COMPONENTS_PLACEMENT_SYSTEM_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_world;
 
 // Adds the system to NG_PHASE_PLACE; it lives as long as the world. Engine components must be registered.
 NG_NODISCARD ng_result ng_placement_system_add(struct ng_world *world);
+
+NG_EXTERN_C_END
 
 #endif

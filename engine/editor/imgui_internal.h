@@ -3,13 +3,13 @@
 #ifndef NG_EDITOR_IMGUI_INTERNAL_H
 #define NG_EDITOR_IMGUI_INTERNAL_H
 
+#include "base/extern_c.h"
+
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+NG_EXTERN_C_BEGIN
 
 struct ng_input;
 
@@ -49,8 +49,6 @@ struct ng_imgui_counts ng_imgui_end(void);
 // Copies what the ended frame draws, into arrays of these counts. Indices count from the first vertex.
 void ng_imgui_copy(struct ng_imgui_vertex *vertices, uint32_t *indices, struct ng_imgui_draw *draws);
 
-#ifdef __cplusplus
-}
-#endif
+NG_EXTERN_C_END
 
 #endif

@@ -12,7 +12,10 @@
 #define NG_EDITOR_UI_H
 
 #include "app/input.h"
+#include "base/extern_c.h"
 #include "graph/graph.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_ui;
 
@@ -57,5 +60,7 @@ void ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...) NG_
 // Ends the frame and declares the pass "ui" that draws it over `target`; returns the new version.
 // Windows that were begun must have been ended.
 struct ng_graph_ref ng_ui_add_pass(struct ng_ui *ui, struct ng_graph *graph, struct ng_graph_ref target);
+
+NG_EXTERN_C_END
 
 #endif

@@ -2,7 +2,10 @@
 #ifndef NG_GPU_BUFFER_H
 #define NG_GPU_BUFFER_H
 
+#include "base/extern_c.h"
 #include "gpu/memory.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_gpu_buffer_params {
     const char *name; // needed; copied
@@ -37,5 +40,7 @@ void ng_gpu_buffer_destroy(struct ng_gpu_buffer **buffer);
 NG_NODISCARD ng_result ng_gpu_buffer_requirements(struct ng_gpu *gpu,
                                                   const struct ng_gpu_buffer_params *params,
                                                   VkMemoryRequirements *out);
+
+NG_EXTERN_C_END
 
 #endif

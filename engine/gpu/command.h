@@ -6,7 +6,10 @@
 #ifndef NG_GPU_COMMAND_H
 #define NG_GPU_COMMAND_H
 
+#include "base/extern_c.h"
 #include "gpu/pipeline.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_cmd {
     VkCommandBuffer handle;
@@ -46,5 +49,7 @@ struct ng_gpu_rendering_params {
 };
 void ng_cmd_rendering_begin(struct ng_cmd *cmd, const struct ng_gpu_rendering_params *params);
 void ng_cmd_rendering_end(struct ng_cmd *cmd);
+
+NG_EXTERN_C_END
 
 #endif

@@ -17,11 +17,14 @@
 #ifndef NG_GPU_DEVICE_H
 #define NG_GPU_DEVICE_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
+
+NG_EXTERN_C_BEGIN
 
 // What every object of this layer begins with, so that the device can name those that outlive it.
 struct ng_gpu_live {
@@ -123,5 +126,7 @@ struct ng_gpu_faults {
 };
 
 void ng_gpu_inject_faults(struct ng_gpu *gpu, const struct ng_gpu_faults *faults);
+
+NG_EXTERN_C_END
 
 #endif

@@ -16,7 +16,10 @@
 #ifndef NG_GPU_FRAME_H
 #define NG_GPU_FRAME_H
 
+#include "base/extern_c.h"
 #include "gpu/command.h"
+
+NG_EXTERN_C_BEGIN
 
 #define NG_GPU_FRAMES 2 // in flight
 
@@ -56,5 +59,7 @@ NG_NODISCARD ng_result ng_frame_put(struct ng_gpu *gpu, const void *data, uint64
 NG_NODISCARD ng_result ng_immediate_begin(struct ng_gpu *gpu, struct ng_cmd **cmd);
 // Submits and waits; zeroes `*cmd`.
 NG_NODISCARD ng_result ng_immediate_end(struct ng_gpu *gpu, struct ng_cmd **cmd);
+
+NG_EXTERN_C_END
 
 #endif

@@ -5,7 +5,10 @@
 #ifndef NG_GPU_IMAGE_H
 #define NG_GPU_IMAGE_H
 
+#include "base/extern_c.h"
 #include "gpu/memory.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_gpu_image_params {
     const char *name;        // needed; copied
@@ -89,5 +92,7 @@ struct ng_gpu_sampler_params {
 // The sampler of this description: made on first use, kept until the device is destroyed. Borrowed.
 // VK_NULL_HANDLE on failure (logged).
 VkSampler ng_gpu_sampler(struct ng_gpu *gpu, const struct ng_gpu_sampler_params *params);
+
+NG_EXTERN_C_END
 
 #endif

@@ -8,7 +8,10 @@
 #ifndef NG_GPU_MEMORY_H
 #define NG_GPU_MEMORY_H
 
+#include "base/extern_c.h"
 #include "gpu/device.h"
+
+NG_EXTERN_C_BEGIN
 
 enum ng_gpu_memory_kind {
     NG_GPU_MEMORY_DEVICE = 0, // fast for the GPU; not mapped
@@ -34,5 +37,7 @@ NG_NODISCARD ng_result ng_gpu_memory_allocate(struct ng_gpu *gpu, const VkMemory
                                               struct ng_gpu_memory *out);
 // The range is free for others once the frame being recorded is done. Zeroes `*memory`; accepts zero.
 void ng_gpu_memory_free(struct ng_gpu *gpu, struct ng_gpu_memory *memory);
+
+NG_EXTERN_C_END
 
 #endif

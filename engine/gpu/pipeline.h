@@ -13,10 +13,13 @@
 #ifndef NG_GPU_PIPELINE_H
 #define NG_GPU_PIPELINE_H
 
+#include "base/extern_c.h"
 #include "gpu/buffer.h"
 #include "gpu/image.h"
 
 #include <stddef.h>
+
+NG_EXTERN_C_BEGIN
 
 #define NG_GPU_MAX_COLOR 8  // colour attachments
 #define NG_GPU_MAX_SLOTS 32 // of one pipeline
@@ -138,5 +141,7 @@ NG_NODISCARD ng_result ng_gpu_bind_group_create(struct ng_gpu *gpu, const char *
                                                 const struct ng_gpu_binding *bindings, uint32_t count,
                                                 struct ng_gpu_bind_group **out);
 void ng_gpu_bind_group_destroy(struct ng_gpu_bind_group **group);
+
+NG_EXTERN_C_END
 
 #endif

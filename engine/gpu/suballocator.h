@@ -3,8 +3,11 @@
 #define NG_GPU_SUBALLOCATOR_H
 
 #include "base/array.h"
+#include "base/extern_c.h"
 
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_gpu_range {
     uint64_t offset, size;
@@ -27,5 +30,7 @@ void ng_suballocator_finish(struct ng_suballocator *s);
 uint64_t ng_suballocator_allocate(struct ng_suballocator *s, uint64_t size, uint64_t alignment);
 // Gives back exactly what was allocated. Never fails: its memory was reserved by the allocation.
 void ng_suballocator_free(struct ng_suballocator *s, uint64_t offset, uint64_t size);
+
+NG_EXTERN_C_END
 
 #endif

@@ -12,7 +12,10 @@
 #ifndef NG_GPU_SWAPCHAIN_H
 #define NG_GPU_SWAPCHAIN_H
 
+#include "base/extern_c.h"
 #include "gpu/frame.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_swapchain_params {
     const char *name;     // null: "window"
@@ -45,5 +48,7 @@ void ng_swapchain_resize(struct ng_swapchain *swapchain, uint32_t width, uint32_
 NG_NODISCARD ng_result ng_swapchain_acquire(struct ng_swapchain *swapchain, struct ng_gpu_image **out);
 // Presents the image acquired last; nothing if there is none.
 NG_NODISCARD ng_result ng_swapchain_present(struct ng_swapchain *swapchain);
+
+NG_EXTERN_C_END
 
 #endif

@@ -6,7 +6,10 @@
 #ifndef NG_GPU_TIMER_H
 #define NG_GPU_TIMER_H
 
+#include "base/extern_c.h"
 #include "gpu/command.h"
+
+NG_EXTERN_C_BEGIN
 
 #define NG_GPU_MAX_SCOPES 512 // of one frame; more are not timed
 
@@ -24,5 +27,7 @@ struct ng_gpu_timing {
 const struct ng_gpu_timing *ng_gpu_timings(const struct ng_gpu *gpu, uint32_t *count);
 // Number of that frame (ng_frame_number at its recording, minus 1).
 uint64_t ng_gpu_timings_frame(const struct ng_gpu *gpu);
+
+NG_EXTERN_C_END
 
 #endif

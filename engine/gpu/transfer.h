@@ -7,8 +7,11 @@
 #ifndef NG_GPU_TRANSFER_H
 #define NG_GPU_TRANSFER_H
 
+#include "base/extern_c.h"
 #include "gpu/buffer.h"
 #include "gpu/image.h"
+
+NG_EXTERN_C_BEGIN
 
 // `data` is copied before the call returns. Mapped buffers are written directly: then no frame in flight may
 // be using that range.
@@ -44,5 +47,7 @@ NG_NODISCARD ng_result ng_readback_image(struct ng_gpu_image *image,
 // Bytes of these levels and layers, tightly packed; mips, layers 0: the rest.
 uint64_t ng_transfer_image_size(const struct ng_gpu_image *image, uint32_t mip, uint32_t mips, uint32_t layer,
                                 uint32_t layers);
+
+NG_EXTERN_C_END
 
 #endif

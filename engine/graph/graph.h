@@ -35,11 +35,14 @@
 #define NG_GRAPH_GRAPH_H
 
 #include "base/arena.h"
+#include "base/extern_c.h"
 #include "base/result.h"
 #include "graph/use.h"
 
 #include <stddef.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_cmd;
 struct ng_gpu;
@@ -269,5 +272,7 @@ struct ng_graph_counters ng_graph_counters(const struct ng_graph *g);
 enum ng_dump { NG_DUMP_TEXT, NG_DUMP_DOT, NG_DUMP_JSON };
 // The compiled plan as text; null if there is none or no memory. From malloc, owned by the caller.
 char *ng_graph_dump(const struct ng_graph *g, enum ng_dump format);
+
+NG_EXTERN_C_END
 
 #endif

@@ -19,7 +19,10 @@
 #ifndef NG_GRAPH_PROVIDER_H
 #define NG_GRAPH_PROVIDER_H
 
+#include "base/extern_c.h"
 #include "graph/graph.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_composer;
 
@@ -59,5 +62,7 @@ const void *ng_composer_get(const struct ng_composer *composer, const struct ng_
 // Runs all produce callbacks, then all consume callbacks. The graph is then ready for ng_graph_execute.
 // Returns the first failure.
 NG_NODISCARD ng_result ng_composer_declare(struct ng_composer *composer);
+
+NG_EXTERN_C_END
 
 #endif

@@ -7,8 +7,12 @@
 #ifndef NG_GRAPH_USE_H
 #define NG_GRAPH_USE_H
 
+#include "base/extern_c.h"
+
 #include <stdbool.h>
 #include <vulkan/vulkan_core.h>
+
+NG_EXTERN_C_BEGIN
 
 enum ng_pass_kind {
     NG_PASS_RASTER,  // draws; rendering is begun and ended by the graph
@@ -61,5 +65,7 @@ bool ng_use_of_images(enum ng_use use);
 bool ng_use_of_buffers(enum ng_use use);
 // All bits of `access` that write.
 VkAccessFlags2 ng_use_write_access(VkAccessFlags2 access);
+
+NG_EXTERN_C_END
 
 #endif

@@ -14,11 +14,14 @@
 #ifndef NG_LIGHT_LIGHT_H
 #define NG_LIGHT_LIGHT_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 #include "scene/component.h"
 
 #include <math.h>
 #include <stdalign.h>
+
+NG_EXTERN_C_BEGIN
 
 #define NG_LIGHT_PARAMS_SIZE 64
 #define NG_PI                3.14159265358979323846f
@@ -203,5 +206,7 @@ void ng_light_vpl_point(uint32_t i, float u[2]);
 // Irradiance of a surface at `position` with unit `normal`, from `count` VPLs, nothing in between.
 void ng_light_irradiance(const struct ng_light_source *s, uint32_t count, const float position[3],
                          const float normal[3], float rgb[3]);
+
+NG_EXTERN_C_END
 
 #endif

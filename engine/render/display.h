@@ -3,8 +3,11 @@
 #ifndef NG_RENDER_DISPLAY_H
 #define NG_RENDER_DISPLAY_H
 
+#include "base/extern_c.h"
 #include "graph/provider.h"
 #include "shaders/shared/display.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_display;
 struct ng_gpu;
@@ -38,5 +41,7 @@ void ng_display_destroy(struct ng_display **display);
 // logged: NG_ERROR_NOT_FOUND if a method of the frame published no radiance, or there is no such layer.
 NG_NODISCARD ng_result ng_display_declare(struct ng_display *display, struct ng_composer *composer,
                                           const struct ng_shown *shown, struct ng_display_result *out);
+
+NG_EXTERN_C_END
 
 #endif

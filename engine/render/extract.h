@@ -15,7 +15,10 @@
 #ifndef NG_RENDER_EXTRACT_H
 #define NG_RENDER_EXTRACT_H
 
+#include "base/extern_c.h"
 #include "render/snapshot.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_assets;
 struct ng_extractor;
@@ -42,5 +45,7 @@ void ng_extractor_destroy(struct ng_extractor **extractor);
 // light, ...) warn once an entity and go on.
 NG_NODISCARD ng_result ng_extract(struct ng_extractor *x, const struct ng_extract_params *p,
                                   const struct ng_snapshot **out);
+
+NG_EXTERN_C_END
 
 #endif

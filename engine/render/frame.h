@@ -10,11 +10,14 @@
 #ifndef NG_RENDER_FRAME_H
 #define NG_RENDER_FRAME_H
 
+#include "base/extern_c.h"
 #include "graph/provider.h"
 #include "render/snapshot.h"
 #include "shaders/shared/scene.h"
 
 #include <string.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_scene_gpu;
 
@@ -81,5 +84,7 @@ struct ng_radiance {
     struct ng_graph_ref indirect;   // RGBA32F: T_i
 };
 extern const struct ng_item_type ng_radiance_item;
+
+NG_EXTERN_C_END
 
 #endif

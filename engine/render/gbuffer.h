@@ -3,7 +3,10 @@
 #ifndef NG_RENDER_GBUFFER_H
 #define NG_RENDER_GBUFFER_H
 
+#include "base/extern_c.h"
 #include "graph/provider.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_gpu;
 struct ng_gbuffer_provider;
@@ -12,5 +15,7 @@ NG_NODISCARD ng_result ng_gbuffer_create(struct ng_gpu *gpu, struct ng_gbuffer_p
 void ng_gbuffer_destroy(struct ng_gbuffer_provider **provider);
 // Publishes ng_gbuffer_item. The provider is borrowed while registered.
 struct ng_provider ng_gbuffer_provider(struct ng_gbuffer_provider *provider);
+
+NG_EXTERN_C_END
 
 #endif

@@ -3,9 +3,13 @@
 #ifndef NG_RENDER_INDEX_MAP_H
 #define NG_RENDER_INDEX_MAP_H
 
+#include "base/extern_c.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_index_map {
     uint64_t *keys;
@@ -19,5 +23,7 @@ void ng_index_map_finish(struct ng_index_map *map);
 bool ng_index_map_set(struct ng_index_map *map, uint64_t key, uint32_t value);
 // UINT32_MAX if there is no such key.
 uint32_t ng_index_map_get(const struct ng_index_map *map, uint64_t key);
+
+NG_EXTERN_C_END
 
 #endif

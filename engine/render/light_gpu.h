@@ -4,10 +4,13 @@
 #ifndef NG_RENDER_LIGHT_GPU_H
 #define NG_RENDER_LIGHT_GPU_H
 
+#include "base/extern_c.h"
 #include "gpu/frame.h"
 #include "gpu/pipeline.h"
 #include "render/frame.h"
 #include "shaders/shared/scene.h"
+
+NG_EXTERN_C_BEGIN
 
 #define NG_LIGHT_VPLS 32 // for the sums of shaders; delta lights need one
 
@@ -31,5 +34,7 @@ NG_NODISCARD ng_result ng_light_gpu_record(struct ng_gpu *gpu, struct ng_light_g
 
 // Bindings 7 (views), 8 (light) and 9 (VPLs) of set 0, as the shaders number them.
 void ng_light_gpu_bindings(const struct ng_light_gpu *light, bool rsm, struct ng_gpu_binding out[3]);
+
+NG_EXTERN_C_END
 
 #endif

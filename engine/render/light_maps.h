@@ -6,7 +6,10 @@
 #ifndef NG_RENDER_LIGHT_MAPS_H
 #define NG_RENDER_LIGHT_MAPS_H
 
+#include "base/extern_c.h"
 #include "graph/provider.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_gpu;
 struct ng_light_maps_provider;
@@ -30,5 +33,7 @@ struct ng_provider ng_light_maps_provider(struct ng_light_maps_provider *provide
 // Side of a depth face, texels: the largest power of two up to 1024 for which all faces fit the budget; at
 // least 64.
 uint32_t ng_light_maps_face_size(uint64_t budget, uint32_t faces);
+
+NG_EXTERN_C_END
 
 #endif

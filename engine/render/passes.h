@@ -8,9 +8,12 @@
 #ifndef NG_RENDER_PASSES_H
 #define NG_RENDER_PASSES_H
 
+#include "base/extern_c.h"
 #include "gpu/frame.h"
 #include "gpu/pipeline.h"
 #include "graph/graph.h"
+
+NG_EXTERN_C_BEGIN
 
 // A resource of the graph as a texture that is fetched, not filtered.
 struct ng_gpu_binding ng_pass_texture(const struct ng_pass_context *ctx, struct ng_graph_ref ref,
@@ -23,5 +26,7 @@ struct ng_gpu_binding ng_pass_range(const struct ng_frame_range *range, uint32_t
 // vertices.
 NG_NODISCARD ng_result ng_fullscreen_create(struct ng_gpu *gpu, const struct ng_gpu_graphics_params *params,
                                             struct ng_gpu_pipeline **out);
+
+NG_EXTERN_C_END
 
 #endif

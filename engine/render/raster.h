@@ -3,7 +3,10 @@
 #ifndef NG_RENDER_RASTER_H
 #define NG_RENDER_RASTER_H
 
+#include "base/extern_c.h"
 #include "graph/provider.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_gpu;
 struct ng_raster;
@@ -12,5 +15,7 @@ NG_NODISCARD ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **o
 void ng_raster_destroy(struct ng_raster **raster);
 // Consumes the G-buffer and the light maps, publishes ng_radiance_item if the frame wants it.
 struct ng_provider ng_raster_provider(struct ng_raster *raster);
+
+NG_EXTERN_C_END
 
 #endif

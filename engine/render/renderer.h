@@ -12,10 +12,13 @@
 #ifndef NG_RENDER_RENDERER_H
 #define NG_RENDER_RENDERER_H
 
+#include "base/extern_c.h"
 #include "graph/provider.h"
 #include "render/display.h"
 #include "render/light_maps.h"
 #include "render/snapshot.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_cmd;
 struct ng_gpu;
@@ -104,5 +107,7 @@ bool ng_renderer_shows(const struct ng_renderer *renderer, uint32_t side);
 // For providers of other features, pass times and dumps. Borrowed.
 struct ng_composer *ng_renderer_composer(struct ng_renderer *renderer);
 struct ng_graph *ng_renderer_graph(struct ng_renderer *renderer);
+
+NG_EXTERN_C_END
 
 #endif

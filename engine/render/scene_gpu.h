@@ -5,10 +5,13 @@
 #ifndef NG_RENDER_SCENE_GPU_H
 #define NG_RENDER_SCENE_GPU_H
 
+#include "base/extern_c.h"
 #include "gpu/frame.h"
 #include "gpu/pipeline.h"
 #include "render/snapshot.h"
 #include "shaders/shared/scene.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_scene_gpu;
 
@@ -77,5 +80,7 @@ NG_NODISCARD ng_result ng_scene_gpu_draw(struct ng_scene_gpu *scene, struct ng_c
 // A hash of everything that a view of the scene shows (ids, versions): equal hashes, equal pictures.
 uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *scene, const float *view_projection,
                            uint32_t skip_light);
+
+NG_EXTERN_C_END
 
 #endif

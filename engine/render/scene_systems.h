@@ -3,7 +3,10 @@
 #ifndef NG_RENDER_SCENE_SYSTEMS_H
 #define NG_RENDER_SCENE_SYSTEMS_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_assets;
 struct ng_jobs;
@@ -13,5 +16,7 @@ struct ng_world;
 // are borrowed for the world's life.
 NG_NODISCARD ng_result ng_scene_systems_add(struct ng_world *world, const struct ng_assets *assets,
                                             struct ng_jobs *jobs);
+
+NG_EXTERN_C_END
 
 #endif

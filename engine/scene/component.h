@@ -5,9 +5,12 @@
 #ifndef NG_SCENE_COMPONENT_H
 #define NG_SCENE_COMPONENT_H
 
+#include "base/extern_c.h"
 #include "scene/entity.h"
 
 #include <stddef.h>
+
+NG_EXTERN_C_BEGIN
 
 enum ng_field_type {
     NG_FIELD_BOOL,   // bool
@@ -85,5 +88,7 @@ bool ng_field_check(const struct ng_field *field, const void *value, char reason
 // Moves floats that are out of a field's range to its ends, for values that were computed. False, and nothing
 // may be stored, where one is no number, or the field is not of floats.
 bool ng_field_clamp(const struct ng_field *field, float *value);
+
+NG_EXTERN_C_END
 
 #endif

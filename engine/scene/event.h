@@ -6,7 +6,10 @@
 #ifndef NG_SCENE_EVENT_H
 #define NG_SCENE_EVENT_H
 
+#include "base/extern_c.h"
 #include "scene/world.h"
+
+NG_EXTERN_C_BEGIN
 
 enum ng_event_kind {
     NG_EVENT_ADD = 1,    // the entity got the component
@@ -34,5 +37,7 @@ struct ng_observer_desc {
 NG_NODISCARD ng_result ng_world_observe(struct ng_world *world, const struct ng_observer_desc *desc);
 // Delivers all queued events. Not while a query is iterated.
 void ng_world_dispatch(struct ng_world *world);
+
+NG_EXTERN_C_END
 
 #endif

@@ -13,7 +13,10 @@
 #ifndef NG_SCENE_HISTORY_H
 #define NG_SCENE_HISTORY_H
 
+#include "base/extern_c.h"
 #include "scene/world.h"
+
+NG_EXTERN_C_BEGIN
 
 // `label` is copied, cut to NG_TEXT_SIZE: what the menu shows after "Undo".
 NG_NODISCARD ng_result ng_world_begin(struct ng_world *world, const char *label);
@@ -32,5 +35,7 @@ const char *ng_world_undo_label(const struct ng_world *world);
 const char *ng_world_redo_label(const struct ng_world *world);
 // Forgets all entries, as after loading a scene. Not while a transaction is open.
 void ng_world_clear_history(struct ng_world *world);
+
+NG_EXTERN_C_END
 
 #endif

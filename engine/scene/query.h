@@ -16,7 +16,10 @@
 #ifndef NG_SCENE_QUERY_H
 #define NG_SCENE_QUERY_H
 
+#include "base/extern_c.h"
 #include "scene/world.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_query;
 struct ng_jobs;
@@ -108,5 +111,7 @@ uint64_t ng_query_count(const struct ng_query *query);
 // loop.
 typedef void (*ng_query_fn)(void *user, struct ng_query_iter *chunk, uint32_t worker);
 void ng_query_run_parallel(struct ng_query *query, struct ng_jobs *jobs, ng_query_fn fn, void *user);
+
+NG_EXTERN_C_END
 
 #endif

@@ -6,7 +6,10 @@
 #ifndef NG_SCENE_SYSTEM_H
 #define NG_SCENE_SYSTEM_H
 
+#include "base/extern_c.h"
 #include "scene/world.h"
+
+NG_EXTERN_C_BEGIN
 
 enum ng_phase {
     NG_PHASE_INPUT,   // what people did: editor, window
@@ -29,5 +32,7 @@ struct ng_system_desc {
 NG_NODISCARD ng_result ng_world_add_system(struct ng_world *world, const struct ng_system_desc *desc);
 // One frame at scene time `time`, in seconds.
 NG_NODISCARD ng_result ng_world_run(struct ng_world *world, double time);
+
+NG_EXTERN_C_END
 
 #endif

@@ -14,8 +14,11 @@
 #ifndef NG_SCENE_WORLD_H
 #define NG_SCENE_WORLD_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 #include "scene/component.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_world;
 
@@ -131,5 +134,7 @@ struct ng_world_memory {
     uint64_t bookkeeping; // everything else of tables and entities: ids, ticks, places, links
 };
 struct ng_world_memory ng_world_memory(const struct ng_world *world);
+
+NG_EXTERN_C_END
 
 #endif

@@ -6,9 +6,12 @@
 #ifndef LF_DATASET_DATASET_H
 #define LF_DATASET_DATASET_H
 
+#include "base/extern_c.h"
 #include "lightformer/dataset/sample.h"
 
 #include <stdbool.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_assets;
 struct ng_gpu;
@@ -68,5 +71,7 @@ NG_NODISCARD ng_result lf_dataset_check(const char *directory, struct lf_dataset
 
 // A PNG of the first `rows` crops (0: 16) of a data set, all channels side by side, a crop each row.
 NG_NODISCARD ng_result lf_dataset_contact_sheet(const char *directory, const char *path, uint32_t rows);
+
+NG_EXTERN_C_END
 
 #endif

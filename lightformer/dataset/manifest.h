@@ -8,9 +8,12 @@
 #ifndef LF_DATASET_MANIFEST_H
 #define LF_DATASET_MANIFEST_H
 
+#include "base/extern_c.h"
 #include "lightformer/tensors/tensors.h"
 
 #include <stdbool.h>
+
+NG_EXTERN_C_BEGIN
 
 #define LF_SETTING_COUNT 12
 
@@ -58,5 +61,7 @@ NG_NODISCARD ng_result lf_shard_read(const char *directory, const struct lf_sett
 // one of other settings. `path`: of the shard.
 NG_NODISCARD ng_result lf_shard_try(const char *path, const struct lf_settings *settings,
                                     const struct lf_shard *shard, struct lf_tensors *out, const char **wrong);
+
+NG_EXTERN_C_END
 
 #endif

@@ -3,8 +3,11 @@
 #ifndef LF_DATASET_SAMPLE_H
 #define LF_DATASET_SAMPLE_H
 
+#include "base/extern_c.h"
 #include "lightformer/encode/observe.h"
 #include "lightformer/tensors/tensors.h"
+
+NG_EXTERN_C_BEGIN
 
 struct lf_sample;
 struct lf_sample_writer; // memory that samples share
@@ -39,5 +42,7 @@ NG_NODISCARD ng_result lf_sample_write(struct lf_sample_writer *writer, const st
                                        const struct lf_observation *observation,
                                        const struct lf_sample_params *params, struct lf_tensors *out,
                                        double spent[LF_STAGES]);
+
+NG_EXTERN_C_END
 
 #endif

@@ -10,10 +10,13 @@
 #ifndef LF_DATASET_SAMPLER_H
 #define LF_DATASET_SAMPLER_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct lf_scene_sampler;
 struct lf_tracer;
@@ -50,5 +53,7 @@ NG_NODISCARD ng_result lf_scene_sampler_begin(struct lf_scene_sampler *sampler, 
                                               struct lf_sample *out);
 // Undoes the sample.
 NG_NODISCARD ng_result lf_scene_sampler_end(struct lf_scene_sampler *sampler);
+
+NG_EXTERN_C_END
 
 #endif

@@ -11,10 +11,13 @@
 #ifndef LF_DATASET_VARIATIONS_H
 #define LF_DATASET_VARIATIONS_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 #include "scene/entity.h"
 
 #include <stdbool.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_world;
 struct lf_variations;
@@ -44,5 +47,7 @@ struct lf_variations_apply_params {
 // tries).
 NG_NODISCARD ng_result lf_variations_apply(struct lf_variations *variations,
                                            const struct lf_variations_apply_params *params, double *time);
+
+NG_EXTERN_C_END
 
 #endif

@@ -5,8 +5,12 @@
 #ifndef LF_ENCODE_BLOCK_H
 #define LF_ENCODE_BLOCK_H
 
+#include "base/extern_c.h"
+
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct lf_encode_scene;
 struct lf_pixel_clues;
@@ -59,5 +63,7 @@ unsigned lf_block_opinions(const struct lf_pixel_clues *pixels, const struct lf_
 // directions. `out` is none of the planes of `rays`.
 void lf_block_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
                       const struct lf_block_rays *rays, bool lobes, float *out);
+
+NG_EXTERN_C_END
 
 #endif

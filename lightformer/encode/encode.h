@@ -19,8 +19,11 @@
 #ifndef LF_ENCODE_ENCODE_H
 #define LF_ENCODE_ENCODE_H
 
+#include "base/extern_c.h"
 #include "lightformer/encode/observe.h"
 #include "lightformer/net/net.h"
+
+NG_EXTERN_C_BEGIN
 
 struct lf_tracer;
 struct ng_jobs;
@@ -136,5 +139,7 @@ enum lf_encode_stage {
 extern const char *const lf_encode_stage_names[LF_ENCODE_STAGES]; // "pixels", ...
 double lf_pixel_clues_ms(const struct lf_pixel_clues *clues, enum lf_encode_stage stage);
 double lf_light_clues_ms(const struct lf_light_clues *clues, enum lf_encode_stage stage);
+
+NG_EXTERN_C_END
 
 #endif

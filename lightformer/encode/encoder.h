@@ -25,10 +25,13 @@
 #ifndef LF_ENCODE_ENCODER_H
 #define LF_ENCODE_ENCODER_H
 
+#include "base/extern_c.h"
 #include "graph/provider.h"
 #include "lightformer/encode/encode.h"
 
 #include <stdbool.h>
+
+NG_EXTERN_C_BEGIN
 
 struct lf_encoder;
 struct lf_net;
@@ -90,5 +93,7 @@ struct lf_encoder_counters {
     uint64_t trace, screen, powers, rsm, points, clues, view;
 };
 struct lf_encoder_counters lf_encoder_counters_of(const struct lf_encoder *encoder);
+
+NG_EXTERN_C_END
 
 #endif

@@ -7,10 +7,13 @@
 #ifndef LF_ENCODE_KERNELS_H
 #define LF_ENCODE_KERNELS_H
 
+#include "base/extern_c.h"
 #include "lightformer/encode/lobe.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 #define LF_LANES 16
 
@@ -116,5 +119,7 @@ struct lf_kernels {
 
 // The sets that this CPU has, the fastest first; null past the end.
 const struct lf_kernels *lf_kernels_of(uint32_t index);
+
+NG_EXTERN_C_END
 
 #endif

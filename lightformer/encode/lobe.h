@@ -2,11 +2,14 @@
 #ifndef LF_ENCODE_LOBE_H
 #define LF_ENCODE_LOBE_H
 
+#include "base/extern_c.h"
 #include "lightformer/trace/vec.h"
 #include "shaders/shared/brdf.h"
 
 #include <math.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 #define LF_LEAST_COSINE 1e-4f // of the viewer
 #define LF_LOBE_SAMPLES 16
@@ -55,5 +58,7 @@ static inline void lf_lobe_direction(const struct lf_lobe *at, const float u[3],
     struct ng_local_direction l = ng_brdf_reflect(v, ng_brdf_half(v, at->roughness, u[0], u[1], u[2]));
     lf_lobe_to_world(&frame, &l, out);
 }
+
+NG_EXTERN_C_END
 
 #endif

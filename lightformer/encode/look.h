@@ -2,8 +2,12 @@
 #ifndef LF_ENCODE_LOOK_H
 #define LF_ENCODE_LOOK_H
 
+#include "base/extern_c.h"
+
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct lf_encode_scene;
 struct lf_light_clues;
@@ -41,5 +45,7 @@ void lf_ray_cast(const struct lf_encode_scene *scene, const struct lf_space *spa
 // leave the second bounce's F0 to the rays that do.
 void lf_rays_light(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
                    const struct lf_ray_end *ends, uint32_t count, uint32_t going_on, float *out);
+
+NG_EXTERN_C_END
 
 #endif

@@ -15,8 +15,11 @@
 #ifndef LF_ENCODE_OBSERVE_H
 #define LF_ENCODE_OBSERVE_H
 
+#include "base/extern_c.h"
 #include "light/light.h"
 #include "shaders/shared/scene.h"
+
+NG_EXTERN_C_BEGIN
 
 struct lf_observer;
 struct ng_gpu;
@@ -87,5 +90,7 @@ struct lf_shadow {
 
 // Equation 2's distances for a world position. Pure.
 struct lf_shadow lf_shadow_lookup(const struct lf_depth_map *map, const float position[3]);
+
+NG_EXTERN_C_END
 
 #endif

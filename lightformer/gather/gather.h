@@ -8,9 +8,12 @@
 #ifndef LF_GATHER_GATHER_H
 #define LF_GATHER_GATHER_H
 
+#include "base/extern_c.h"
 #include "graph/provider.h"
 
 #include <stdbool.h>
+
+NG_EXTERN_C_BEGIN
 
 struct lf_gather;
 struct lf_net_executor;
@@ -28,5 +31,7 @@ struct ng_provider lf_gather_provider(struct lf_gather *gather);
 // From the next frame on, as params.always.
 void lf_gather_redo_always(struct lf_gather *gather, bool always);
 uint64_t lf_gather_runs(const struct lf_gather *gather); // how often it has gathered so far
+
+NG_EXTERN_C_END
 
 #endif

@@ -5,7 +5,10 @@
 #ifndef LF_METRICS_METRICS_H
 #define LF_METRICS_METRICS_H
 
+#include "base/extern_c.h"
 #include "lightformer/metrics/picture.h"
+
+NG_EXTERN_C_BEGIN
 
 // Pictures are borrowed and of one size. Either all are of a display (PNG) or none is.
 struct lf_metrics_params {
@@ -27,5 +30,7 @@ struct lf_metrics {
 // value that is not finite (with its pixel), a reference without light. A second reference
 // equal to the first is a warning: it has no noise of its own. Any thread.
 NG_NODISCARD ng_result lf_metrics_compute(const struct lf_metrics_params *params, struct lf_metrics *out);
+
+NG_EXTERN_C_END
 
 #endif

@@ -2,10 +2,13 @@
 #ifndef LF_METRICS_PICTURE_H
 #define LF_METRICS_PICTURE_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 #define LF_PICTURE_NAME_SIZE 256
 
@@ -23,5 +26,7 @@ struct lf_picture {
 // On success the caller owns `*out` and calls lf_picture_finish.
 NG_NODISCARD ng_result lf_picture_load(const char *path, const char *layer, struct lf_picture *out);
 void lf_picture_finish(struct lf_picture *picture); // frees the pixels, zeroes the struct
+
+NG_EXTERN_C_END
 
 #endif

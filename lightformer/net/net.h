@@ -15,12 +15,15 @@
 #ifndef LF_NET_NET_H
 #define LF_NET_NET_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+
+NG_EXTERN_C_BEGIN
 
 struct lf_net;
 struct lf_net_executor;
@@ -150,5 +153,7 @@ double lf_net_peak(enum lf_net_kernel kernel, struct ng_jobs *jobs);
 
 // What runs in which order, for people.
 void lf_net_print_plan(const struct lf_net_executor *executor, FILE *out);
+
+NG_EXTERN_C_END
 
 #endif

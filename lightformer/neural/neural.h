@@ -15,8 +15,11 @@
 #ifndef LF_NEURAL_NEURAL_H
 #define LF_NEURAL_NEURAL_H
 
+#include "base/extern_c.h"
 #include "lightformer/encode/encoder.h"
 #include "lightformer/net/net.h"
+
+NG_EXTERN_C_BEGIN
 
 #define LF_NEURAL_METHOD "neural"
 
@@ -54,5 +57,7 @@ struct lf_neural_counters lf_neural_counters_of(const struct lf_neural *neural);
 // Where a scene's weights are if it has its own: "dir/chess.weights.safetensors" for "dir/chess.glb". False
 // if there is no such file, or the path is too long.
 bool lf_neural_find_weights(const char *scene, char *out, size_t size);
+
+NG_EXTERN_C_END
 
 #endif

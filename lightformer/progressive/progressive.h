@@ -15,10 +15,13 @@
 #ifndef LF_PROGRESSIVE_PROGRESSIVE_H
 #define LF_PROGRESSIVE_PROGRESSIVE_H
 
+#include "base/extern_c.h"
 #include "graph/provider.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct lf_progressive;
 struct ng_jobs;
@@ -47,5 +50,7 @@ struct lf_progressive_stats {
     bool resting; // has all samples that it was to have, or went wrong
 };
 struct lf_progressive_stats lf_progressive_stats_of(const struct lf_progressive *progressive);
+
+NG_EXTERN_C_END
 
 #endif

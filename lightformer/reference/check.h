@@ -3,7 +3,10 @@
 #ifndef LF_REFERENCE_CHECK_H
 #define LF_REFERENCE_CHECK_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_snapshot;
 struct ng_world;
@@ -15,5 +18,7 @@ struct ng_world;
 // Error: NG_ERROR_FORMAT. Thread-safe as long as both stay as they are.
 NG_NODISCARD ng_result lf_check_scene(const struct ng_world *world, const struct ng_snapshot *snapshot,
                                       const char *scene);
+
+NG_EXTERN_C_END
 
 #endif

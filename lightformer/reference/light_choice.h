@@ -4,7 +4,10 @@
 #define LF_REFERENCE_LIGHT_CHOICE_H
 
 #include "base/array.h"
+#include "base/extern_c.h"
 #include "render/snapshot.h"
+
+NG_EXTERN_C_BEGIN
 
 // Lights whose samples are points of a uniform unit shape under a matrix, and all others.
 enum lf_light_form { LF_LIGHT_OTHER, LF_LIGHT_SQUARE, LF_LIGHT_DISK, LF_LIGHT_SPHERE };
@@ -50,5 +53,7 @@ static inline float lf_light_probability(float weight, float total, uint32_t lit
     float even = 1.0f / (float)lit;
     return LF_LIGHT_EVEN_SHARE * even + (1 - LF_LIGHT_EVEN_SHARE) * (total > 0 ? weight / total : even);
 }
+
+NG_EXTERN_C_END
 
 #endif

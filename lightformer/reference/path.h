@@ -7,8 +7,11 @@
 #ifndef LF_REFERENCE_PATH_H
 #define LF_REFERENCE_PATH_H
 
+#include "base/extern_c.h"
 #include "lightformer/reference/wave.h"
 #include "lightformer/trace/surface.h"
+
+NG_EXTERN_C_BEGIN
 
 // What was traced, and how long it took; sums over threads.
 struct lf_path_stats {
@@ -56,5 +59,7 @@ struct lf_path {
 // At most LF_PATHS, whose samplers are of one kind and have drawn equally often. What a path brings does not
 // depend on its company.
 void lf_paths_trace(const struct lf_path_scene *scene, struct lf_path *paths, uint32_t count);
+
+NG_EXTERN_C_END
 
 #endif

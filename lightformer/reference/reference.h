@@ -16,8 +16,11 @@
 #ifndef LF_REFERENCE_REFERENCE_H
 #define LF_REFERENCE_REFERENCE_H
 
+#include "base/extern_c.h"
 #include "lightformer/reference/path.h"
 #include "lightformer/trace/tracer.h"
+
+NG_EXTERN_C_BEGIN
 
 struct ng_jobs;
 struct lf_reference;
@@ -106,5 +109,7 @@ NG_NODISCARD ng_result lf_reference_layer(const struct lf_reference *reference, 
 // Beauty as a display shows it, through the project's tone map at the camera's exposure: [height][width][4]
 // bytes, sRGB-encoded; the caller's, free(). Errors, logged: NG_ERROR_MEMORY.
 NG_NODISCARD ng_result lf_reference_display(const struct lf_reference *reference, uint8_t **rgba);
+
+NG_EXTERN_C_END
 
 #endif

@@ -10,7 +10,10 @@
 #ifndef LF_REFERENCE_SAMPLER_H
 #define LF_REFERENCE_SAMPLER_H
 
+#include "base/extern_c.h"
 #include "base/rng.h"
+
+NG_EXTERN_C_BEGIN
 
 enum lf_sampler_kind { LF_SAMPLER_SOBOL, LF_SAMPLER_INDEPENDENT };
 
@@ -86,5 +89,7 @@ static inline void lf_sobol_2d(uint64_t pixel, uint32_t reversed, uint32_t draw,
     *x = lf_unit_float(lf_reverse_bits(lf_hash_upwards(index, (uint32_t)seeds)));
     *y = lf_unit_float(lf_reverse_bits(lf_hash_upwards(lf_pascal(index), (uint32_t)(seeds >> 32))));
 }
+
+NG_EXTERN_C_END
 
 #endif

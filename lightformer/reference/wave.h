@@ -7,8 +7,11 @@
 #ifndef LF_REFERENCE_WAVE_H
 #define LF_REFERENCE_WAVE_H
 
+#include "base/extern_c.h"
 #include "lightformer/reference/light_choice.h"
 #include "lightformer/reference/sampler.h"
+
+NG_EXTERN_C_BEGIN
 
 #define LF_WAVE_LANES 128 // a multiple of 16, which is what instructions take at a time
 
@@ -71,5 +74,7 @@ struct lf_wave_kernels {
 
 // The sets that this CPU has, the fastest first; null past the end.
 const struct lf_wave_kernels *lf_wave_kernels_of(uint32_t index);
+
+NG_EXTERN_C_END
 
 #endif

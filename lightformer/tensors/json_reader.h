@@ -7,9 +7,13 @@
 #ifndef LF_TENSORS_JSON_READER_H
 #define LF_TENSORS_JSON_READER_H
 
+#include "base/extern_c.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 #define LF_JSON_MAX_DEPTH 16
 
@@ -36,5 +40,7 @@ bool lf_json_real(struct lf_json *j, double *out);
 bool lf_json_skip(struct lf_json *j);
 // True if nothing but white space is left and nothing failed.
 bool lf_json_end(struct lf_json *j);
+
+NG_EXTERN_C_END
 
 #endif

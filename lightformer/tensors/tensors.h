@@ -10,9 +10,12 @@
 #define LF_TENSORS_TENSORS_H
 
 #include "base/array.h"
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 enum lf_dtype { LF_F32, LF_I32, LF_F16, LF_U8 };
 #define LF_TENSOR_RANK  6
@@ -64,5 +67,7 @@ NG_NODISCARD ng_result lf_tensors_read(const char *path, struct lf_tensors *out)
 // `*wrong` is null if the file could not be read at all.
 NG_NODISCARD ng_result lf_tensors_try(const char *path, struct lf_tensors *out, const char **wrong);
 void lf_tensors_finish(struct lf_tensors *t);
+
+NG_EXTERN_C_END
 
 #endif

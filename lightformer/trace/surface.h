@@ -2,7 +2,10 @@
 #ifndef LF_TRACE_SURFACE_H
 #define LF_TRACE_SURFACE_H
 
+#include "base/extern_c.h"
 #include "lightformer/trace/tracer.h"
+
+NG_EXTERN_C_BEGIN
 
 struct lf_surface {
     float position[3];
@@ -31,5 +34,7 @@ static inline bool lf_surface_is_black(const struct lf_surface *s)
 {
     return !s->front && !s->double_sided;
 }
+
+NG_EXTERN_C_END
 
 #endif

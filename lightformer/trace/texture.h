@@ -3,7 +3,11 @@
 #ifndef LF_TRACE_TEXTURE_H
 #define LF_TRACE_TEXTURE_H
 
+#include "base/extern_c.h"
+
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_image;
 
@@ -16,5 +20,7 @@ void lf_srgb_make(struct lf_srgb *table);
 // `image` may be null: white.
 void lf_texture_at(const struct lf_srgb *srgb, const struct ng_image *image, const float uv[2],
                    float rgba[4]);
+
+NG_EXTERN_C_END
 
 #endif

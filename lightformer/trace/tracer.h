@@ -18,11 +18,14 @@
 #ifndef LF_TRACE_TRACER_H
 #define LF_TRACE_TRACER_H
 
+#include "base/extern_c.h"
 #include "base/result.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
+
+NG_EXTERN_C_BEGIN
 
 struct ng_snapshot;
 struct lf_tracer;
@@ -135,5 +138,7 @@ static inline float lf_trace_offset(float scene_radius, float x, float y, float 
 // An origin off a surface at `position` with geometric `normal`, by that much on the side of `direction`.
 void lf_trace_origin(const struct lf_tracer *tracer, const float position[3], const float normal[3],
                      const float direction[3], float out[3]);
+
+NG_EXTERN_C_END
 
 #endif
