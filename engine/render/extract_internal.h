@@ -135,7 +135,7 @@ struct ng_extractor {
     NG_ARRAY(struct ng_light_slot) slots;
     NG_ARRAY(struct ng_light_slot) old_slots;
     struct ng_index_map mesh_light_of; // entity of a mesh light: slot
-    struct ng_index_map place_of;      // cell of space: the last of the lights that have a place there
+    struct ng_index_map place_of; // cell of places and sizes: the last of the lights that have a place there
 
     struct ng_index_map warned; // of whom, about what
     bool has_scale;

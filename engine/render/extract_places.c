@@ -7,7 +7,7 @@
 #include <math.h>
 
 #define SAME_PLACE 1.2e-4f // metres between two surfaces at most: lamps are not that thin
-#define CELL       1e-3    // metres; wider than SAME_PLACE, so that neighbouring cells hold all candidates
+#define CELL       1e-3    // metres; wider than SAME_PLACE, so that two cells an axis hold all candidates
 
 // Half widths along these tell shapes apart, however their own axes are turned.
 #define DIRECTIONS 7
@@ -99,36 +99,52 @@ static bool coincide(const struct extent *a, const struct extent *b)
     return same;
 }
 
-static uint64_t cell_key(const float center[3], const float offset[3])
+// Cells divide places and the first sizes alike: lamps of many sizes at one spot are not all in one cell.
+#define AXES 6
+
+static double cell_of(const struct extent *e, int axis, float offset)
 {
-    uint64_t hash = 0;
-    for (int i = 0; i < 3; i++) {
-        double cell = floor(((double)center[i] + (double)offset[i]) / CELL);
-        hash = ng_hash_bytes(hash, &cell, sizeof cell);
-    }
+    float at = axis < 3 ? e->center[axis] : e->form[axis - 3];
+    return floor(((double)at + (double)offset) / CELL);
+}
+
+static uint64_t cell_key(uint64_t kind, const double cell[AXES])
+{
+    uint64_t hash = ng_hash_combine(ng_hash_bytes(0, cell, AXES * sizeof *cell), kind);
     return hash ? hash : 1;
 }
 
 // The first light of the place where this extent is, or NG_NONE. A cell's light stands for all in it.
 static uint32_t find_place(const struct ng_extractor *x, const struct extent *e)
 {
-    for (int corner = 0; corner < 8; corner++) {
-        float offset[3];
-        for (int i = 0; i < 3; i++)
-            offset[i] = corner >> i & 1 ? SAME_PLACE : -SAME_PLACE;
-        uint32_t at = ng_index_map_get(&x->place_of, cell_key(e->center, offset));
+    double low[AXES], high[AXES];
+    uint32_t both = 0, up = 0; // axes along which two cells are looked into, and the second ones of this look
+    for (int i = 0; i < AXES; i++) {
+        low[i] = cell_of(e, i, -SAME_PLACE);
+        high[i] = cell_of(e, i, SAME_PLACE);
+        both |= (uint32_t)(high[i] > low[i]) << i;
+    }
+    do {
+        double cell[AXES];
+        for (int i = 0; i < AXES; i++)
+            cell[i] = up >> i & 1 ? high[i] : low[i];
+        uint32_t at = ng_index_map_get(&x->place_of, cell_key(e->kind, cell));
         for (; at != UINT32_MAX; at = x->slots.items[at].next_in_cell) {
             struct extent other;
             if (measure(x, &x->slots.items[at], &other) && coincide(e, &other))
                 return at;
         }
-    }
+        up = (up - both) & both; // the next subset
+    } while (up);
     return NG_NONE;
 }
 
 static ng_result found_place(struct ng_extractor *x, uint32_t index, const struct extent *e)
 {
-    uint64_t key = cell_key(e->center, (const float[3]){0});
+    double cell[AXES];
+    for (int i = 0; i < AXES; i++)
+        cell[i] = cell_of(e, i, 0);
+    uint64_t key = cell_key(e->kind, cell);
     x->slots.items[index].next_in_cell = ng_index_map_get(&x->place_of, key);
     return ng_index_map_set(&x->place_of, key, index) ? NG_OK : ng_out_of_memory("the frame's scene");
 }
