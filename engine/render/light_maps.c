@@ -227,16 +227,15 @@ static uint64_t name_key(const char *name)
 // with the number n + 1, so that thousands of one name do not search for theirs.
 static ng_result name_light(struct ng_light_maps_provider *self, size_t index, const char *wanted)
 {
-    char *name = self->lights.items[index].name.text;
+    char *name = self->lights.items[index].name.text, shown[NG_TEXT_SIZE];
     size_t room = sizeof self->lights.items[index].name;
-    if (!wanted[0])
-        wanted = "light";
-    snprintf(name, room, "%s", wanted);
-    ng_make_printable(name); // passes are listed by name
-    uint32_t n = ng_index_map_get(&self->names, name_key(wanted));
+    snprintf(shown, sizeof shown, "%s", wanted[0] ? wanted : "light");
+    ng_make_printable(shown); // passes are listed by name
+    snprintf(name, room, "%s", shown);
+    uint32_t n = ng_index_map_get(&self->names, name_key(shown));
     for (n = n == UINT32_MAX ? 1 : n; ng_index_map_get(&self->names, name_key(name)) != UINT32_MAX;)
-        snprintf(name, room, "%s#%u", wanted, ++n);
-    return ng_index_map_set(&self->names, name_key(wanted), n) &&
+        snprintf(name, room, "%s#%u", shown, ++n);
+    return ng_index_map_set(&self->names, name_key(shown), n) &&
                    ng_index_map_set(&self->names, name_key(name), 1)
                ? NG_OK
                : ng_out_of_memory("the lights of a frame");

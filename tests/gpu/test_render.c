@@ -528,6 +528,10 @@ static void lights_add_up_and_names_may_clash(void **state)
     assert_int_equal(runs, 1);
     draw(s); // each keeps maps of its own
     assert_int_equal(runs_of(s, "rsm:lamp#2/depth"), runs);
+    for (int i = 0; i < 2; i++) // what would drive a terminal
+        snprintf(s->lights[i].name, sizeof s->lights[i].name, "la\x1bmp");
+    draw(s);
+    assert_int_equal(runs_of(s, "rsm:la?mp#2/depth"), 1);
     s->snapshot.light_count = 0;
     ng_light_finish(&s->lights[0].source);
     ng_light_finish(&s->lights[1].source);
