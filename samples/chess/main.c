@@ -16,6 +16,7 @@
 #include "asset/png.h"
 #include "base/file.h"
 #include "base/interrupt.h"
+#include "base/printable.h"
 #include "base/result.h"
 #include "base/system.h"
 #include "lightformer/neural/neural.h"
@@ -174,8 +175,8 @@ static bool frames_are_others(const struct options *o)
         name_frame(o, i, path, sizeof path);
         if (!ng_file_same(path, o->scene) && !ng_file_same(path, o->weights))
             continue;
-        fprintf(stderr, "chess: %s would be written over the scene or its weights; give another --out\n",
-                path);
+        ng_print_line(stderr, "chess: %s would be written over the scene or its weights; give another --out",
+                      path);
         return false;
     }
     return true;

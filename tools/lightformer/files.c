@@ -1,5 +1,7 @@
 #include "files.h"
 
+#include "base/printable.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -69,9 +71,9 @@ bool cli_files_check(struct cli_files *files, const char *command)
         const struct cli_file *a = &files->list.items[i - 1], *b = &files->list.items[i];
         if (!a->written || compare_ids(&a->id, &b->id) != 0)
             continue;
-        fprintf(
+        ng_print_line(
             stderr,
-            "lightformer %s: %s (%s) and %s (%s) name the same file; what is written needs one of its own\n",
+            "lightformer %s: %s (%s) and %s (%s) name the same file; what is written needs one of its own",
             command, a->role, a->path, b->role, b->path);
         return false;
     }

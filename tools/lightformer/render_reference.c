@@ -3,9 +3,9 @@
 
 #include "base/interrupt.h"
 #include "base/log.h"
+#include "base/printable.h"
 #include "lightformer/reference/check.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
 struct render_reference {
@@ -65,8 +65,8 @@ static void obey(const struct render_reference *r, ng_result result)
 {
     struct lf_reference_stats stats = lf_reference_stats_of(r->reference);
     if (result == NG_OK && ng_interrupt_came() && !stats.unsaved)
-        fprintf(stderr, "%s: holds %u of %u samples a pixel; the same command goes on from there\n",
-                r->params.checkpoint, stats.samples, r->params.samples);
+        ng_print_line(stderr, "%s: holds %u of %u samples a pixel; the same command goes on from there",
+                      r->params.checkpoint, stats.samples, r->params.samples);
     ng_interrupt_release();
 }
 
