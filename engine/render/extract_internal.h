@@ -160,10 +160,10 @@ void ng_extract_sweep_shapes(struct ng_extractor *x);
 void ng_extract_finish_shapes(struct ng_extractor *x);
 
 // ---- extract_materials.c ---------------------------------------------------------------------------------
-// Reads material components that changed. `missing`: textures may have come or gone. `*listed` is set where
-// the list of materials is another.
-NG_NODISCARD ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool missing,
-                                                 bool *listed);
+// Reads material components that changed. `assets_changed`: textures may have come or gone. `*listed` is set
+// where the list of materials is another.
+NG_NODISCARD ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed,
+                                                 bool assets_changed, bool *listed);
 // Index of an entity's material: 0, the default, where it has none.
 uint32_t ng_extract_material_index(const struct ng_extractor *x, ng_entity material);
 // Writes the snapshot's materials (the scene's, then the emitters') and images.

@@ -114,11 +114,12 @@ static bool reread_records(struct ng_extractor *x)
     return true;
 }
 
-ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool missing, bool *listed)
+ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed, bool assets_changed,
+                                    bool *listed)
 {
     *listed = x->materials_changed = false;
     if (!count_changed && x->records.count) {
-        if (!missing && ng_world_component_changed_at(x->world, NG_MATERIAL) <= x->since)
+        if (!assets_changed && ng_world_component_changed_at(x->world, NG_MATERIAL) <= x->since)
             return NG_OK;
         x->image_list_dirty = true;
         if (reread_records(x))
