@@ -468,9 +468,8 @@ static bool draws_before(const struct draw_key *a, const struct draw_key *b)
     return a->group != b->group ? a->group < b->group : a->instance < b->instance;
 }
 
-// Shell sort: in place, and quick on the nearly sorted order of the frame before. With Knuth's gaps (1, 4,
-// 13,
-// ...) it takes at most count^1.5 steps; halves of the count would take count^2 where two meshes alternate.
+// Shell sort: in place, and quick on the nearly sorted order of the frame before. Knuth's gaps of 1, 4, 13
+// and so on take count^1.5 steps at most; halves of the count would take count^2 where two meshes alternate.
 static void sort_draws(struct draw_key *keys, size_t count)
 {
     size_t gap = 1;

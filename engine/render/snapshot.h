@@ -78,11 +78,10 @@ struct ng_snapshot_light {
     char name[NG_TEXT_SIZE];
     struct ng_light_source source; // light/light.h: type and everything its functions need, prepared
     uint32_t image;                // of the environment's map in the snapshot's images, or NG_NONE
-    uint32_t
-        place;   // index of the first light whose surface coincides with this one's: its own, if it is alone
-    float power; // Phi of conventions, W
-    uint64_t version;      // of the source: the same version means the same light
-    uint64_t unit_version; // the same, of ng_light_unit: whatever its brightness
+    uint32_t place;                // index of the first light whose surface coincides with this one's
+    float power;                   // Phi of conventions, W
+    uint64_t version;              // of the source: the same version means the same light
+    uint64_t unit_version;         // the same, of ng_light_unit: whatever its brightness
 };
 
 struct ng_snapshot {

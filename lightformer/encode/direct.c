@@ -117,8 +117,7 @@ static void add_lobes(const struct lf_encode_scene *scene, const struct lf_light
     }
 }
 
-// ---- directions around the normal, near lights without a closed form
-// ---------------------------------------
+// ---- directions around the normal, near lights without a closed form -------------------------------------
 
 // Adds what a direction finds of the diffuse light, and of the glossy one if nobody else does.
 static void add_direction_around(struct meeting *m, const struct ng_local_direction *l, float share,

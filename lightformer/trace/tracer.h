@@ -110,8 +110,7 @@ struct lf_packet {
     float origin[3][LF_PACKET], direction[3][LF_PACKET]; // by axis
     float far[LF_PACKET];                                // in; 0: no ray. Out: distance of the hit, if any
     bool met[LF_PACKET];                                 // out
-    uint32_t
-        passes; // a light: its emitter, and others in its place, are not there for the rays; NG_NONE: none
+    uint32_t passes; // a light: emitters in its place are not there for the rays; NG_NONE: none
 };
 // Closest hits of LF_RAY_ALL. `hits`[LF_PACKET] may be null, where the distances are enough.
 void lf_trace_packet(const struct lf_tracer *tracer, struct lf_packet *packet, struct lf_hit *hits);

@@ -142,8 +142,7 @@ static void channels_do_not_mix(void **state)
     }
 }
 
-// ---- the rasterizer: depth maps of lamps in one place, and close to other surfaces
-// --------------------------
+// ---- the rasterizer: depth maps of lamps in one place, and close to other surfaces -----------------------
 
 static double rasterized(struct room *r, const char *layer)
 {
