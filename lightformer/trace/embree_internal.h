@@ -85,7 +85,7 @@ NG_NODISCARD ng_result lf_sharing_choose(struct lf_tracer *tracer, const struct 
 void lf_sharing_forget(struct lf_tracer *tracer);
 // Whether an instance's mesh may be one of them.
 bool lf_may_share(const struct ng_snapshot *snapshot, uint32_t instance);
-// Makes a slot's geometry an instance of a mesh; the caller commits it.
+// Makes a slot's geometry an instance of a mesh; the caller places and commits it.
 NG_NODISCARD ng_result lf_sharing_attach(struct lf_tracer *tracer, struct lf_shared *shared,
                                          struct lf_trace_slot *slot);
 // Follows the slot's matrix and mask.

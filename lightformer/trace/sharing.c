@@ -163,6 +163,5 @@ ng_result lf_sharing_attach(struct lf_tracer *t, struct lf_shared *shared, struc
         return NG_ERROR_MEMORY;
     s->shared = shared;
     rtcSetGeometryInstancedScene(s->geometry, shared->scene);
-    lf_sharing_place(s);
     return NG_OK;
 }
