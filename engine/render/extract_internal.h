@@ -38,7 +38,7 @@ struct ng_shape {
 struct ng_pose {
     ng_asset skeleton;
     uint32_t joint_count;
-    struct ng_joint_matrix *palette, *wanted; // the last that was another, this frame's
+    struct ng_joint_matrix *palette, *wanted; // the last that was another, this frame's; one more, of zeros
     float *joint_world;                       // [joint_count][16]
     uint64_t version;                         // of the palette; 0: not read yet
     bool used;
@@ -180,20 +180,29 @@ void ng_extract_settle(struct ng_extractor *x);
 NG_NODISCARD ng_result ng_extract_list_pieces(struct ng_extractor *x);
 // Follows placements and materials that changed.
 NG_NODISCARD ng_result ng_extract_follow_pieces(struct ng_extractor *x);
-// Skins and refines what its joints moved.
-NG_NODISCARD ng_result ng_extract_pose(struct ng_extractor *x);
 // Marks an instance as changed in this extraction; `index` is its place in the snapshot.
 NG_NODISCARD ng_result ng_extract_touch(struct ng_extractor *x, uint32_t index);
 // The mesh that a piece shows.
 const struct ng_snapshot_mesh *ng_extract_piece_mesh(const struct ng_piece *piece);
-void ng_extract_free_skin(struct ng_skinned **skin);
-void ng_extract_finish_poses(struct ng_extractor *x);
 // 3x4 row-major from 4x4 column-major, within NG_PLACEMENT_MAX: sizes of lights multiply placements.
 void ng_extract_rows(const float matrix[16], float rows[12]);
 void ng_extract_bounds(struct ng_snapshot_instance *instance, const struct ng_snapshot_mesh *mesh);
 void ng_extract_set_mirrored(struct ng_snapshot_instance *instance, const float matrix[16]);
 // Column-major, identity where the entity has none.
 const float *ng_extract_placement(const struct ng_extractor *x, ng_entity e);
+
+// ---- extract_skins.c -------------------------------------------------------------------------------------
+// Has a listed piece follow the skin that its entity names, if it can: as the old one (or null) did, whose
+// skin it takes, or anew.
+NG_NODISCARD ng_result ng_extract_skin_piece(struct ng_extractor *x, struct ng_piece *piece,
+                                             struct ng_piece *old);
+void ng_extract_free_skin(struct ng_skinned **skin);
+// Drops poses that no piece was made to follow since the mark.
+void ng_extract_mark_poses(struct ng_extractor *x);
+void ng_extract_sweep_poses(struct ng_extractor *x);
+void ng_extract_finish_poses(struct ng_extractor *x);
+// Skins and refines what its joints moved.
+NG_NODISCARD ng_result ng_extract_pose(struct ng_extractor *x);
 
 // ---- extract_lights.c ------------------------------------------------------------------------------------
 // Lists the lights; `*listed` is set where they are not the previous extraction's.
