@@ -6,8 +6,9 @@
 
 #include <math.h>
 
-#define SAME_PLACE 1.2e-4f // metres between two surfaces at most: lamps are not that thin
-#define CELL       1e-3    // metres; wider than SAME_PLACE, so that two cells an axis hold all candidates
+#define SAME_PLACE    1.2e-4f // metres between two surfaces at most: lamps are not that thin
+#define MOST_COMPARED 256     // emitters, two by two
+#define CELL          1e-3    // metres; wider than SAME_PLACE, so that two cells an axis hold all candidates
 
 // Half widths along these tell shapes apart, however their own axes are turned.
 #define DIRECTIONS 7
@@ -166,10 +167,48 @@ static ng_result place_light(struct ng_extractor *x, uint32_t index)
     return NG_OK;
 }
 
+static const struct ng_snapshot_instance *emitter_of(const struct ng_extractor *x,
+                                                     const struct ng_light_slot *slot)
+{
+    uint32_t index = slot->source.type->emissive_mesh ? ng_index_map_get(&x->piece_of, slot->entity.id)
+                     : slot->source.type->surface     ? slot->instance
+                                                      : NG_NONE;
+    return index == NG_NONE ? NULL : &x->instances.items[index];
+}
+
+static bool touch(const struct ng_snapshot_instance *a, const struct ng_snapshot_instance *b)
+{
+    bool apart = false;
+    for (int i = 0; i < 3; i++)
+        apart = apart || a->bounds_min[i] > b->bounds_max[i] + SAME_PLACE ||
+                b->bounds_min[i] > a->bounds_max[i] + SAME_PLACE;
+    return !apart;
+}
+
+// Whether surfaces of two lights may coincide somewhere, whatever their forms. Of many lights it is taken for
+// granted.
+static bool may_coincide(const struct ng_extractor *x)
+{
+    const struct ng_snapshot_instance *emitters[MOST_COMPARED];
+    uint32_t count = 0;
+    for (size_t i = 0; i < x->slots.count; i++) {
+        const struct ng_snapshot_instance *emitter = emitter_of(x, &x->slots.items[i]);
+        if (!emitter)
+            continue;
+        if (count == MOST_COMPARED)
+            return true;
+        for (uint32_t k = 0; k < count; k++)
+            if (touch(emitter, emitters[k]))
+                return true;
+        emitters[count++] = emitter;
+    }
+    return false;
+}
+
 ng_result ng_extract_place_lights(struct ng_extractor *x)
 {
     ng_index_map_clear(&x->place_of);
-    x->snapshot.place_size = 0;
+    x->snapshot.place_size = may_coincide(x) ? SAME_PLACE : 0;
     for (uint32_t i = 0; i < x->slots.count; i++)
         NG_TRY(place_light(x, i));
     for (uint32_t i = 0; i < x->slots.count; i++) {
@@ -184,8 +223,6 @@ ng_result ng_extract_place_lights(struct ng_extractor *x)
         x->light_array.items[i].version = slot->version;
         x->light_array.items[i].unit_version = slot->unit_version;
         x->light_array.items[i].place = slot->place;
-        if (slot->place != i)
-            x->snapshot.place_size = SAME_PLACE;
     }
     return NG_OK;
 }

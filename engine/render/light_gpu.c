@@ -225,6 +225,8 @@ void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, fl
     *out = (struct ng_light_gpu){0};
     observe_vpls(source, out);
     ng_light_proxy_of(source, &proxy);
+    if (source->type->surface) // past other lamps in its place
+        glm_vec3_muladds(proxy.direction, snapshot->place_size, proxy.position);
     copy3(d->proxy, proxy.position);
     copy3(d->look, proxy.direction);
     copy3(d->up, proxy.up);

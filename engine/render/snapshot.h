@@ -95,7 +95,8 @@ struct ng_snapshot {
     struct ng_snapshot_image *images;
     struct ng_snapshot_material *materials;
     struct ng_snapshot_light *lights;
-    float place_size;          // how far surfaces of lights in one place are apart, metres; 0: none share one
+    // How far apart surfaces of lights may be that do not hide one another, metres; 0: none are close.
+    float place_size;
     uint32_t environment;      // index of the light that is visible behind everything, or NG_NONE
     uint64_t geometry_version; // changes when any instance's version does, or one appears or vanishes
     uint64_t emission_version; // changes when an instance that is no light emits in another way

@@ -270,7 +270,7 @@ ng_result lf_encode_light(const struct lf_encode_scene *scene, uint32_t light,
     out->phi = ng_light_power(&out->unit);
     observe(snapshot, out);
     const float *proxy = out->data.proxy;
-    out->skin = ng_light_skin(out->space.radius, proxy[0], proxy[1], proxy[2]);
+    out->skin = ng_light_skin(out->space.radius, proxy[0], proxy[1], proxy[2]) + snapshot->place_size;
     NG_TRY(find_vpls(count, out));
     lf_shape_make(out);
     NG_TRY(lf_texels_find(scene, out));

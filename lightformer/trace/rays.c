@@ -3,7 +3,8 @@
 #include "lightformer/trace/embree_internal.h"
 #include "lightformer/trace/vec.h"
 
-#define LEAST_SLANT 0.05f // cosine under which what coincides is no longer told apart from what lies behind
+#define MOST_COINCIDING 16    // emitters that are told apart
+#define LEAST_SLANT     0.05f // cosine under which what coincides is no longer told apart from what lies behind
 
 // Whether Embree takes it: beyond these limits its assertions, which packages of it have on, end the process.
 static bool is_ray(const float origin[3], const float direction[3], float near, float far)
@@ -249,6 +250,24 @@ bool lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_t
     return true;
 }
 
+// A ray along an edge meets both triangles of one emitter.
+struct coinciding {
+    lf_trace_fn visit;
+    void *user;
+    uint32_t seen[MOST_COINCIDING], count;
+};
+
+static void visit_once(void *user, const struct lf_hit *hit)
+{
+    struct coinciding *c = user;
+    for (uint32_t i = 0; i < c->count; i++)
+        if (c->seen[i] == hit->instance)
+            return;
+    if (c->count < MOST_COINCIDING)
+        c->seen[c->count++] = hit->instance;
+    c->visit(c->user, hit);
+}
+
 void lf_trace_coinciding(const struct lf_tracer *t, const struct lf_ray *ray, const struct lf_hit *hit,
                          lf_trace_fn visit, void *user)
 {
@@ -259,7 +278,8 @@ void lf_trace_coinciding(const struct lf_tracer *t, const struct lf_ray *ray, co
     struct lf_ray around = *ray;
     around.near = lf_max(hit->distance - reach, 0);
     around.far = hit->distance + reach;
-    lf_trace_emitters(t, &around, visit, user);
+    struct coinciding once = {.visit = visit, .user = user};
+    lf_trace_emitters(t, &around, visit_once, &once);
 }
 
 uint32_t lf_trace_bare(const struct lf_tracer *t, const struct lf_ray *rays, uint32_t count)

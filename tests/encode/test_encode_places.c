@@ -146,6 +146,71 @@ static void lamps_in_one_place_are_one(void **state)
     }
 }
 
+// Of other forms, turned or beside one another: light of both arrives, as far as they are not further apart.
+static void lamps_that_overlap_hide_nothing_of_each_other(void **state)
+{
+    NG_UNUSED(state);
+    static const struct {
+        enum lamp lamp;
+        float x, apart, angle; // angle: in its plane, half of it
+    } others[] = {{RECTANGLE, 0, 5e-5f, 0.26f},
+                  {RECTANGLE, 0.01f, -5e-5f, 0},
+                  {DISK, 0.1f, 1e-4f, 0},
+                  {MESH, 0, 1e-4f, 0}};
+    const struct ng_light_rectangle panel = {
+        .on = true, .color = {1, 1, 1}, .radiance = 4, .size = {1, 0.6f}};
+    for (size_t k = 0; k < NG_COUNT(others); k++) {
+        double direct[3], visible[3];
+        for (int both = 0; both < 3; both++) { // the one, the other, both
+            struct scene s;
+            const float at[3] = {others[k].x, 0.9f + others[k].apart, 0}, c = cosf(others[k].angle),
+                        t = sinf(others[k].angle), h = 0.70710678f;
+            open_room(&s);
+            if (both != 1)
+                add_lamp(&s, RECTANGLE, 4, (const float[3]){0, 0.9f, 0}, false);
+            if (both != 0 && others[k].lamp == RECTANGLE)
+                scene_light(&s, NG_LIGHT_RECTANGLE, &panel, at,
+                            (const float[4]){-h * c, h * t, h * t, h * c});
+            else if (both != 0)
+                add_lamp(&s, others[k].lamp, 4, at, false);
+            struct measured got = measure(&s);
+            direct[both] = got.direct;
+            visible[both] = got.visible;
+            free(got.visibility);
+            scene_close(&s);
+        }
+        print_message("%zu: direct %.4g, %.4g and %.4g\n", k, direct[0], direct[1], direct[2]);
+        CLOSE(direct[2], direct[0] + direct[1], 0.01);
+        CLOSE(visible[2], visible[1], 0.01); // of the last light
+    }
+}
+
+// A rectangle is two triangles: along their seam it is no brighter.
+static void a_lamp_shows_its_radiance_everywhere(void **state)
+{
+    NG_UNUSED(state);
+    for (enum lamp lamp = 0; lamp < LAMPS; lamp++) {
+        struct scene s;
+        open_room(&s);
+        add_lamp(&s, lamp, 4, (const float[3]){0, 0.9f, 0}, false);
+        // Seen from right below, so that the seam runs through the middles of pixels.
+        struct ng_transform *camera = ng_world_edit(s.world, s.camera, NG_TRANSFORM);
+        memcpy(camera->translation, (const float[3]){0, -0.5f, 0}, sizeof camera->translation);
+        memcpy(camera->rotation, (const float[4]){0.70710678f, 0, 0, 0.70710678f}, sizeof camera->rotation);
+        scene_frame(&s, 0);
+        float *emission = scene_render_layer(
+            &s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .jobs = s.jobs}, 1, "emission");
+        int lit = 0;
+        for (int i = 0; i < 3 * SIZE * SIZE; i++) {
+            assert_true(emission[i] == 0 || emission[i] == 4);
+            lit += emission[i] > 0;
+        }
+        assert_true(lit > 30);
+        free(emission);
+        scene_close(&s);
+    }
+}
+
 static void other_lamps_have_places_of_their_own(void **state)
 {
     NG_UNUSED(state);
@@ -220,6 +285,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lamps_in_one_place_are_one),
+        cmocka_unit_test(lamps_that_overlap_hide_nothing_of_each_other),
+        cmocka_unit_test(a_lamp_shows_its_radiance_everywhere),
         cmocka_unit_test(other_lamps_have_places_of_their_own),
         cmocka_unit_test(what_hangs_closely_before_a_lamp_hides_it),
     };
