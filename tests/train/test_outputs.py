@@ -77,6 +77,17 @@ class Overwriting(unittest.TestCase):
         self.refused("begun", "safetensors: is there already; --force overwrites it")
         self.refused("begun", "checkpoint: there is none", "--resume")
 
+    def test_data_are_no_output(self):
+        linked = SCRATCH / "linked.safetensors"
+        linked.symlink_to(next((SCRATCH / "data").glob("shard-*")))
+        (SCRATCH / "hard.html").hardlink_to(SCRATCH / "data" / "manifest.json")
+        before = linked.read_bytes()
+        for name, clash in (("linked", "linked.safetensors"), ("hard", "hard.html")):
+            status, _, errors = command(name, "--force")
+            self.assertEqual((status, errors.count("\n")), (2, 1), errors)
+            self.assertIn(f"{clash}: is a file of the data", errors)
+        self.assertEqual(before, linked.read_bytes())
+
     def test_force_begins_anew(self):
         outputs = interrupt("anew")
         status, said, errors = command("anew", "--force")

@@ -143,6 +143,10 @@ def main() -> int:
     except ValueError as error:
         print(f"train: {error}", file=sys.stderr)
         return 2
+    clash = outputs.clash(folders)
+    if clash:
+        print(f"train: {clash}: is a file of the data, which it would overwrite; choose another -o", file=sys.stderr)
+        return 2
     Trainer.handle(signal.default_int_handler)
     try:
         _train(settings, folders, outputs, resume, force)

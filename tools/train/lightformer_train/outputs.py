@@ -35,6 +35,14 @@ class Outputs:
         """Of the training at work."""
         return self.network.with_suffix(".checkpoint.lock")
 
+    def clash(self, folders: list[Path]) -> Path | None:
+        """The first of what is written that is a manifest or a shard of the data, by whatever path."""
+        data = [file for folder in folders for name in ("manifest.json", "shard-*") for file in folder.glob(name)]
+        for path in (self.network, self.report, self.checkpoint, self.lock):
+            if path.exists() and any(path.samefile(entry) for entry in data):
+                return path
+        return None
+
     def refuse_to_overwrite(self) -> None:
         """Stopped, if an earlier training would be lost."""
         if self.checkpoint.exists():
