@@ -107,5 +107,5 @@ bool lf_neural_find_weights(const char *scene, char *out, size_t size)
     if (*extension)
         stem--; // the dot
     int length = snprintf(out, size, "%.*s.weights.safetensors", (int)stem, scene);
-    return length > 0 && (size_t)length < size && ng_file_exists(out);
+    return length > 0 && (size_t)length < size && ng_file_exists(out) && ng_file_is_below(out, scene);
 }

@@ -55,7 +55,7 @@ struct lf_neural_counters {
 struct lf_neural_counters lf_neural_counters_of(const struct lf_neural *neural);
 
 // Where a scene's weights are if it has its own: "dir/chess.weights.safetensors" for "dir/chess.glb". False
-// if there is no such file, or the path is too long.
+// if there is no such file, if it is a link out of that folder, or the path is too long.
 bool lf_neural_find_weights(const char *scene, char *out, size_t size);
 
 NG_EXTERN_C_END

@@ -1,6 +1,7 @@
 #include "methods.h"
 
 #include "app/stage.h"
+#include "base/file.h"
 #include "base/log.h"
 #include "lightformer/neural/neural.h"
 #include "lightformer/progressive/progressive.h"
@@ -191,6 +192,8 @@ uint32_t method_choose(unsigned use, uint32_t option, const char *scene, const c
     if (m)
         return option;
     bool neural = weights || lf_neural_find_weights(scene, found, sizeof found);
+    if (!neural && ng_file_exists(found) && !ng_file_is_below(found, scene))
+        ng_log_warn("%s: a link out of the scene's folder is not followed; name it with --weights", found);
     const char *name = neural ? LF_NEURAL_METHOD : "raster";
     for (option = 0; (m = method_of(use, option)) && strcmp(m->name, name) != 0; option++)
         ;
