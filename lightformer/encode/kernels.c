@@ -7,7 +7,10 @@
 #include <math.h>
 #include <string.h>
 
-#define LANES          _Pragma("omp simd") for (int i = 0; i < LF_LANES; i++)
+#define LANES  _Pragma("omp simd") for (int i = 0; i < LF_LANES; i++)
+// What must be inlined, as its arguments are constants there, or its arrays would go through memory.
+#define ALWAYS static inline __attribute__((always_inline))
+
 #define LEAST_DISTANCE 1e-12f // squared
 #define LEAST_BLUR     1e-3f  // of an edge, in half widths of the light
 
@@ -184,9 +187,9 @@ static void arrive_from_cap(const struct cap *cap, const float u[3], float count
 // Adds what arrives. Who shares it: `lobes` directions of the BRDF, the specular part; `around` directions
 // around the normal, of which the part `near` counts, the diffuse part, and the specular one if nobody else
 // does. These numbers are constants where this is inlined; 0: none.
-static inline __attribute__((always_inline)) void
-add_arrival(const struct lf_points *p, const struct surface *s, const struct arrival *a,
-            const float weight[3], float lobes, float around, const float near[LF_LANES], struct sums *sums)
+ALWAYS void add_arrival(const struct lf_points *p, const struct surface *s, const struct arrival *a,
+                        const float weight[3], float lobes, float around, const float near[LF_LANES],
+                        struct sums *sums)
 {
     LANES
     {
@@ -216,9 +219,9 @@ add_arrival(const struct lf_points *p, const struct surface *s, const struct arr
     }
 }
 
-static inline __attribute__((always_inline)) void
-add_light_samples(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
-                  float lobes, float around, const float near[LF_LANES], struct sums *sums)
+ALWAYS void add_light_samples(const struct lf_light_shape *shape, const struct lf_points *p,
+                              const struct surface *s, float lobes, float around, const float near[LF_LANES],
+                              struct sums *sums)
 {
     struct arrival a;
     for (uint32_t k = 0; k < shape->sample_count; k++) {
@@ -276,7 +279,7 @@ static inline void reflect_lane(const struct lf_points *p, const struct surface 
 }
 
 // One sample at all lanes.
-static void reflect(const struct lf_points *p, const struct surface *s, const float u[3],
+ALWAYS void reflect(const struct lf_points *p, const struct surface *s, const float u[3],
                     struct reflection *r)
 {
     LANES reflect_lane(p, s, u[0], u[1], u[2], r, i);
@@ -324,7 +327,7 @@ static inline struct plane plane_of(const struct lf_light_shape *shape)
 // A direction stands for a sixteenth of its lobe, which is as wide as the density is low. Since all pixels
 // take the same sixteen, an edge would show as that many steps; so it is blurred by the width on the light's
 // plane.
-static void meet_plane(const struct lf_light_shape *shape, const struct lf_points *p,
+ALWAYS void meet_plane(const struct lf_light_shape *shape, const struct lf_points *p,
                        const struct reflection *r, float count, struct meeting *m)
 {
     const struct plane e = plane_of(shape);
@@ -379,7 +382,7 @@ static void add_reflection(const struct lf_light_shape *shape, const struct refl
     }
 }
 
-static void add_lobes(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
+ALWAYS void add_lobes(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
                       const struct cap *cap, struct sums *sums)
 {
     for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
@@ -407,6 +410,20 @@ static bool is_any_near(const float share[LF_LANES])
     for (int i = 0; i < LF_LANES; i++)
         most = ng_max(most, share[i]);
     return most > 0;
+}
+
+// What most lanes are not is found out cheaply.
+static inline bool may_be_near(const struct lf_light_shape *shape, const struct lf_points *p)
+{
+    float reach = shape->radius + NEAR_BEGINS * shape->coarseness, square = reach * reach;
+    const float x = shape->center[0], y = shape->center[1], z = shape->center[2];
+    int any = 0;
+    _Pragma("omp simd reduction(| : any)") for (int i = 0; i < LF_LANES; i++)
+    {
+        float dx = p->position[0][i] - x, dy = p->position[1][i] - y, dz = p->position[2][i] - z;
+        any |= dot(dx, dy, dz, dx, dy, dz) < square;
+    }
+    return any;
 }
 
 // How much of a flat emitter's light directions around the normal share with its samples; false if none.
@@ -439,15 +456,8 @@ static bool find_near_plane(const struct lf_light_shape *shape, const struct lf_
 static bool find_near_samples(const struct lf_light_shape *shape, const struct lf_points *p,
                               float share[LF_LANES])
 {
-    float least[LF_LANES], reach = shape->radius + NEAR_BEGINS * shape->coarseness;
-    LANES
-    {
-        float square = way_to(shape->center, p, i).square;
-        share[i] = square < reach * reach ? 1 : 0;
-        least[i] = INFINITY;
-    }
-    if (!is_any_near(share))
-        return false; // none, to begin with
+    float least[LF_LANES];
+    LANES least[i] = INFINITY;
     for (uint32_t k = 0; k < shape->sample_count; k++) {
         const struct lf_light_sample *l = &shape->samples[k];
         LANES
@@ -521,10 +531,8 @@ static void finish(const struct lf_points *p, const struct sums *sums, struct lf
 
 // What shares the light is constant wherever this is inlined, which it must be, so that surfaces that are
 // rough and far do none of the work of weighing.
-static inline __attribute__((always_inline)) void light_surfaces(const struct lf_light_shape *shape,
-                                                                 const struct lf_points *p, float lobes,
-                                                                 float around, const float near[LF_LANES],
-                                                                 struct lf_lit *out)
+ALWAYS void light_surfaces(const struct lf_light_shape *shape, const struct lf_points *p, float lobes,
+                           float around, const float near[LF_LANES], struct lf_lit *out)
 {
     struct surface s;
     struct sums sums;
@@ -549,6 +557,9 @@ static inline __attribute__((always_inline)) void light_surfaces(const struct lf
 
 static bool find_near(const struct lf_light_shape *shape, const struct lf_points *p, float share[LF_LANES])
 {
+    memset(share, 0, LF_LANES * sizeof *share);
+    if (!may_be_near(shape, p))
+        return false;
     switch (shape->emitter) {
     case LF_EMITTER_RECTANGLE:
     case LF_EMITTER_DISK:
@@ -556,7 +567,6 @@ static bool find_near(const struct lf_light_shape *shape, const struct lf_points
     case LF_EMITTER_SURFACE:
         return find_near_samples(shape, p, share);
     default:
-        memset(share, 0, LF_LANES * sizeof *share);
         return false;
     }
 }

@@ -62,7 +62,7 @@ struct lf_light_shape {
     // Rectangle, disk, sphere.
     float center[3], normal[3]; // normal: the side that emits
     float u[3], v[3];           // local coordinates of x: (x - center) . u, .v; from -1 to 1 on the shape
-    float area, radius;         // radius: of a sphere, or around the samples of any surface
+    float area, radius;         // radius: of a sphere, or around the others
     float skin;                 // rays end so far off the surface
     // Half the width that four samples in a row cover: from nearer than that they show one by one. Of any
     // surface, whose samples lie within `radius` around `center`: where they are sparsest.

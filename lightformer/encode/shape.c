@@ -70,6 +70,7 @@ static bool set_plane(const struct ng_light_surface *surface, const struct lf_sp
     out->emitter = disk ? LF_EMITTER_DISK : LF_EMITTER_RECTANGLE;
     out->area = (disk ? NG_PI : 4) * sqrtf(lf_dot(cross, cross));
     out->coarseness = sqrtf(fmaxf(xx, yy)); // of a disk
+    out->radius = disk ? out->coarseness : sqrtf(xx + yy + 2 * fabsf(xy));
     return true;
 }
 
