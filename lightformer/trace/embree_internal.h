@@ -17,6 +17,7 @@ struct lf_triangles {
     const uint32_t *indices; // the mesh's, while Embree uses them
     uint32_t *own_indices;   // Embree's instead, once a triangle had to be left out
     bool at_rest;            // the vertices are those of the mesh at rest, until its structure is built
+    float turn[12];          // with which it was built
 };
 
 // A mesh that several instances show, where it is not flattened (sharing.c).

@@ -250,6 +250,18 @@ bool lf_trace_emitters(const struct lf_tracer *t, const struct lf_ray *ray, lf_t
     return true;
 }
 
+static bool is_at_emitter(const struct lf_tracer *t, const float position[3], float reach)
+{
+    bool inside = t->box_count > LF_MAX_BOXES;
+    for (uint32_t i = 0; !inside && i < t->box_count; i++) {
+        const struct lf_box *b = &t->boxes[i];
+        inside = true;
+        for (int k = 0; k < 3; k++)
+            inside &= (position[k] >= b->low[k] - reach) & (position[k] <= b->high[k] + reach);
+    }
+    return inside;
+}
+
 // A ray along an edge meets both triangles of one emitter.
 struct coinciding {
     lf_trace_fn visit;
@@ -275,6 +287,8 @@ void lf_trace_coinciding(const struct lf_tracer *t, const struct lf_ray *ray, co
     const struct ng_snapshot *s = t->snapshot;
     const float *p = hit->position;
     float reach = (ng_light_skin(s->scene_radius, p[0], p[1], p[2]) + s->place_size) / slant;
+    if (!is_at_emitter(t, p, reach))
+        return;
     struct lf_ray around = *ray;
     around.near = lf_max(hit->distance - reach, 0);
     around.far = hit->distance + reach;

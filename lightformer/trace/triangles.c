@@ -1,6 +1,8 @@
 // Meshes as triangles of Embree: of an instance in world space, or of a mesh in its own.
 #include "lightformer/trace/embree_internal.h"
 
+#define MOST_TURNED 65536 // triangles
+
 // A null matrix: as they are.
 static void write_vertices(struct lf_triangles *t, const float matrix[12], const float *positions,
                            uint32_t count)
@@ -87,11 +89,23 @@ ng_result lf_triangles_make(RTCDevice device, const struct ng_snapshot_mesh *mes
     return out->vertices ? NG_OK : NG_ERROR_MEMORY;
 }
 
+// What turns a mesh as its instance is: boxes fit best around what is turned already. Large ones are built so
+// rarely that they stay as they are, and those that joints move have a pose instead.
+static bool find_turn(const float matrix[12], const struct ng_snapshot_mesh *mesh, float turn[12])
+{
+    if (!matrix || mesh->rest_positions || mesh->index_count / 3 > MOST_TURNED)
+        return false;
+    memcpy(turn, matrix, 12 * sizeof *turn);
+    turn[3] = turn[7] = turn[11] = 0;
+    return true;
+}
+
 // For a structure to be built around. Where that would leave points, they stay where they are.
 static void lay_to_rest(struct lf_triangles *t, const float matrix[12], const struct ng_snapshot_mesh *mesh)
 {
     const float *rest = mesh->rest_positions ? mesh->rest_positions : mesh->positions;
-    write_vertices(t, NULL, rest, mesh->vertex_count);
+    bool turned = find_turn(matrix, mesh, t->turn);
+    write_vertices(t, turned ? t->turn : NULL, rest, mesh->vertex_count);
     t->at_rest = !has_points(t, mesh);
     if (!t->at_rest)
         write_vertices(t, matrix, mesh->positions, mesh->vertex_count);
@@ -101,8 +115,10 @@ ng_result lf_triangles_move(struct lf_triangles *t, const float matrix[12],
                             const struct ng_snapshot_mesh *mesh, bool *built)
 {
     bool first = !t->indices && !t->own_indices, changed;
+    float turn[12];
     write_vertices(t, matrix, mesh->positions, mesh->vertex_count);
     NG_TRY(set_indices(t, mesh, &changed));
+    changed |= find_turn(matrix, mesh, turn) && memcmp(turn, t->turn, sizeof turn) != 0;
     if (changed && !first)
         rtcUpdateGeometryBuffer(t->geometry, RTC_BUFFER_TYPE_INDEX, 0);
     *built = changed || first;

@@ -317,12 +317,16 @@ static void test_updates_follow_what_moved(void **state)
     (void)state;
     enum { RAYS = 4000 };
     static float moved[RAYS], fresh[RAYS];
-    static const char *const files[] = {"content/unit/character.glb", "content/unit/hierarchy.glb",
-                                        "content/unit/subdivision.glb"};
+    static const struct {
+        const char *path;
+        bool turns; // some mesh, whose structure is built anew; all others are refitted
+    } files[] = {{"content/unit/character.glb", false},
+                 {"content/unit/hierarchy.glb", true},
+                 {"content/unit/subdivision.glb", false}};
     for (size_t i = 0; i < NG_COUNT(files); i++) {
         struct scene a, b;
-        scene_load(&a, 2, files[i]);
-        scene_load(&b, 2, files[i]);
+        scene_load(&a, 2, files[i].path);
+        scene_load(&b, 2, files[i].path);
         for (int k = 0; k <= 4; k++)
             scene_frame(&a, 0.13 * k);
         struct lf_tracer_stats stats = lf_tracer_stats_of(a.tracer);
@@ -335,7 +339,7 @@ static void test_updates_follow_what_moved(void **state)
             NEAR(moved[k], fresh[k], 1e-4f * fabsf(fresh[k]));
         }
         assert_true(hits > 20);
-        assert_true(stats.built == 0); // refitted
+        assert_true(files[i].turns ? stats.built > 0 : stats.built == 0);
         scene_close(&a);
         scene_close(&b);
     }
