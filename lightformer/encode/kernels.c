@@ -578,9 +578,9 @@ static void direct(const struct lf_light_shape *shape, const struct lf_points *p
     if (find_near(shape, p, out->share))
         light_surfaces(shape, p, lobes ? LF_LOBE_SAMPLES : 0, around, out->share, out);
     else if (lobes)
-        light_surfaces(shape, p, LF_LOBE_SAMPLES, 0, NULL, out);
+        light_surfaces(shape, p, LF_LOBE_SAMPLES, 0, out->share, out);
     else
-        light_surfaces(shape, p, 0, 0, NULL, out);
+        light_surfaces(shape, p, 0, 0, out->share, out);
 }
 
 // A source is a small disk: its form factor does not grow without bounds where the receiver comes near.

@@ -133,13 +133,12 @@ static void bound_samples(struct lf_light_shape *out)
 // How many samples the first side has: so many that the spaces between them are as alike as may be.
 static uint32_t choose_rule(float width, float height)
 {
-    uint32_t count = 4;
-    for (; count < RULE_SAMPLES && width * (float)(RULE_SAMPLES / count) > 2 * height * (float)count;
-         count *= 2)
-        ;
-    for (; count > 1 && height * (float)count > 2 * width * (float)(RULE_SAMPLES / count); count /= 2)
-        ;
-    return count;
+    float columns = 4, rows = RULE_SAMPLES / columns;
+    for (; rows > 1 && width * rows > 2 * height * columns; rows /= 2)
+        columns *= 2;
+    for (; columns > 1 && height * columns > 2 * width * rows; columns /= 2)
+        rows *= 2;
+    return (uint32_t)columns;
 }
 
 static void add_rule(const struct lf_light_clues *light, const float normal[3], struct lf_light_shape *out)

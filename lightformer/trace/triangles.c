@@ -100,6 +100,14 @@ static bool find_turn(const float matrix[12], const struct ng_snapshot_mesh *mes
     return true;
 }
 
+static bool differ(const float a[12], const float b[12])
+{
+    bool other = false;
+    for (int i = 0; i < 12; i++)
+        other |= a[i] != b[i];
+    return other;
+}
+
 // For a structure to be built around. Where that would leave points, they stay where they are.
 static void lay_to_rest(struct lf_triangles *t, const float matrix[12], const struct ng_snapshot_mesh *mesh)
 {
@@ -118,7 +126,7 @@ ng_result lf_triangles_move(struct lf_triangles *t, const float matrix[12],
     float turn[12];
     write_vertices(t, matrix, mesh->positions, mesh->vertex_count);
     NG_TRY(set_indices(t, mesh, &changed));
-    changed |= find_turn(matrix, mesh, turn) && memcmp(turn, t->turn, sizeof turn) != 0;
+    changed |= find_turn(matrix, mesh, turn) && differ(turn, t->turn);
     if (changed && !first)
         rtcUpdateGeometryBuffer(t->geometry, RTC_BUFFER_TYPE_INDEX, 0);
     *built = changed || first;

@@ -123,7 +123,8 @@ static void channels_do_not_mix(void **state)
         open_room(&r, POINT);
         struct ng_material *white = ng_world_edit(r.scene.world, r.white, NG_MATERIAL),
                            *red = ng_world_edit(r.scene.world, r.red, NG_MATERIAL);
-        assert_true(white && red);
+        assert_non_null(white);
+        assert_non_null(red);
         memset(white->base_color, 0, sizeof white->base_color);
         memset(red->base_color, 0, sizeof red->base_color);
         black = methods[m].draw(&r);
