@@ -20,21 +20,6 @@ struct source {
     const struct ng_field *field;
 };
 
-static uint32_t float_width(enum ng_field_type type)
-{
-    switch (type) {
-    case NG_FIELD_F32:
-    case NG_FIELD_VEC2:
-    case NG_FIELD_VEC3:
-    case NG_FIELD_VEC4:
-    case NG_FIELD_QUAT:
-    case NG_FIELD_COLOR:
-        return ng_field_size(type) / (uint32_t)sizeof(float);
-    default:
-        return 0;
-    }
-}
-
 static ng_result read_times(struct gltf_loader *l, const char *where, int accessor, struct ng_channel *c)
 {
     const struct gltf_want want = {"animation times", GLTF_FLOATS, 1u << 1, 0, false};
@@ -111,7 +96,7 @@ static ng_result read_channel(struct gltf_loader *l, const struct source *s, str
     c->target = s->target;
     c->component = s->component;
     c->field_offset = s->field->offset;
-    c->width = float_width(s->field->type);
+    c->width = ng_field_floats(s->field->type);
     c->rotation = s->field->type == NG_FIELD_QUAT;
     NG_TRY(read_interpolation(l, s->where, keys->interpolation, c));
     NG_TRY(read_times(l, s->where, keys->input, c));
@@ -192,7 +177,7 @@ static ng_result find_field(const struct gltf_loader *l, const struct gltf_value
     s->field = ng_component_field(ng_world_component(l->world, s->component), field);
     if (!s->field)
         return ng_gltf_error(l, "%s: %s has no field \"%.64s\"", s->where, component, field);
-    if (float_width(s->field->type) == 0)
+    if (ng_field_floats(s->field->type) == 0)
         return ng_gltf_error(l, "%s: %s.%s is not made of floats, it cannot be animated", s->where, component,
                              field);
     if (!ng_entity_is_null(s->target) && !ng_world_has(l->world, s->target, s->component))

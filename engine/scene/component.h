@@ -77,6 +77,8 @@ typedef uint32_t ng_component;
 
 // Bytes of one field of this type.
 uint32_t ng_field_size(enum ng_field_type type);
+// How many floats a number, vector, quaternion or colour has, 4 at most; 0 for all else, matrices too.
+uint32_t ng_field_floats(enum ng_field_type type);
 // "f32", "vec3", ...: the type as people read it.
 const char *ng_field_type_name(enum ng_field_type type);
 // Null if no field has this name.

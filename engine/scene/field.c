@@ -39,6 +39,12 @@ uint32_t ng_field_size(enum ng_field_type type)
     return types[type].size;
 }
 
+uint32_t ng_field_floats(enum ng_field_type type)
+{
+    assert((size_t)type < NG_COUNT(types));
+    return types[type].element == ELEMENT_F32 && type != NG_FIELD_MAT4 ? types[type].count : 0;
+}
+
 const char *ng_field_type_name(enum ng_field_type type)
 {
     assert((size_t)type < NG_COUNT(types));

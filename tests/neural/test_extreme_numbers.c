@@ -28,21 +28,6 @@ struct targets {
     uint32_t count;
 };
 
-static uint32_t floats_of(const struct ng_field *field)
-{
-    switch (field->type) {
-    case NG_FIELD_F32:
-    case NG_FIELD_VEC2:
-    case NG_FIELD_VEC3:
-    case NG_FIELD_VEC4:
-    case NG_FIELD_QUAT:
-    case NG_FIELD_COLOR:
-        return ng_field_size(field->type) / (uint32_t)sizeof(float);
-    default:
-        return 0;
-    }
-}
-
 static void add_targets(struct targets *t, const struct ng_world *world, ng_entity e)
 {
     for (ng_component c = 0; c < NG_COMPONENT_COUNT; c++) {
@@ -50,7 +35,7 @@ static void add_targets(struct targets *t, const struct ng_world *world, ng_enti
         bool wanted = c == NG_TRANSFORM || c == NG_CAMERA || c == NG_MATERIAL || c == NG_SCENE_SCALE ||
                       ng_component_is_light(c);
         for (uint32_t i = 0; wanted && ng_world_has(world, e, c) && i < desc->field_count; i++)
-            if (floats_of(&desc->fields[i])) {
+            if (ng_field_floats(desc->fields[i].type)) {
                 assert_true(t->count < MAX_FIELDS);
                 t->items[t->count++] = (struct target){e, c, &desc->fields[i]};
             }
@@ -144,7 +129,7 @@ static void every_field_takes_every_number(void **state)
     for (uint32_t i = 0; i < t.count; i++)
         for (size_t k = 0; k < NG_COUNT(extremes); k++) {
             float kept[4];
-            uint32_t n = floats_of(t.items[i].field);
+            uint32_t n = ng_field_floats(t.items[i].field->type);
             if (!n)
                 continue;
             memcpy(kept, edit(&r, &t.items[i]), n * sizeof(float));
@@ -173,13 +158,13 @@ static void all_methods_take_several(void **state)
         float kept[3][4];
         for (int k = 0; k < 3; k++) {
             changed[k] = t.items[ng_rng_below(&rng, t.count)];
-            uint32_t n = floats_of(changed[k].field);
+            uint32_t n = ng_field_floats(changed[k].field->type);
             memcpy(kept[k], edit(&r, &changed[k]), n * sizeof(float));
             edit(&r, &changed[k])[ng_rng_below(&rng, n)] = extremes[ng_rng_below(&rng, NG_COUNT(extremes))];
         }
         draw_by_all(&r, &m);
         for (int k = 3; k-- > 0;)
-            memcpy(edit(&r, &changed[k]), kept[k], floats_of(changed[k].field) * sizeof(float));
+            memcpy(edit(&r, &changed[k]), kept[k], ng_field_floats(changed[k].field->type) * sizeof(float));
     }
     draw_by_all(&r, &m);
     OK(room_draw_again(&r, &fresh));
