@@ -2,6 +2,7 @@
 #ifndef LF_TRACE_EMBREE_INTERNAL_H
 #define LF_TRACE_EMBREE_INTERNAL_H
 
+#include "base/array.h"
 #include "lightformer/trace/tracer_internal.h"
 #include "lightformer/trace/vec.h"
 
@@ -9,6 +10,9 @@
 #include <string.h>
 
 #define LF_MAX_BOXES 8
+
+// Before these ids come geometries that nothing meets, one of each kind (tracer.c).
+#define LF_TRACE_FIRST_ID 3u
 
 // A geometry of triangles.
 struct lf_triangles {
@@ -22,21 +26,26 @@ struct lf_triangles {
 
 // A mesh that several instances show, where it is not flattened (sharing.c).
 struct lf_shared {
-    RTCScene scene; // null: no such mesh
+    RTCScene scene; // null: not made yet
     struct lf_triangles triangles;
     bool masked; // for some instance
+    bool used;   // by the snapshot of this update
 };
 
 // One instance. Stays where it is while Embree knows it.
 struct lf_trace_slot {
     RTCGeometry geometry;
+    uint32_t id; // of the geometry in the tracer's scenes
     uint32_t instance;
     struct lf_instance seen; // by rays
     ng_entity entity;
     uint64_t mesh_key, mesh_revision, version;
+    uint32_t vertex_count, index_count;
     float matrix[12];
     struct lf_triangles triangles; // flattened into world space; `geometry` is theirs
     struct lf_shared *shared;      // or placed by Embree; null: not
+    bool may_share, emits, attached;
+    bool shown; // by the snapshot of this update
 };
 
 // Around an emitter.
@@ -48,13 +57,16 @@ struct lf_tracer {
     RTCDevice device;
     RTCScene scene, emitters;
     struct lf_box boxes[LF_MAX_BOXES];
-    uint32_t box_count; // more than LF_MAX_BOXES: not all are kept, and Embree decides
-    bool others_shine;  // some surface has emission without being a light's
-    struct lf_trace_slot *slots;
-    uint32_t slot_count;
-    struct lf_shared *shared; // beside the snapshot's meshes; null: none is
-    uint32_t shared_count;
-    uint64_t memory_limit, most_bytes, bytes; // asked for, of this build, and taken by Embree
+    uint32_t box_count;                      // more than LF_MAX_BOXES: not all are kept, and Embree decides
+    bool others_shine;                       // some surface has emission without being a light's
+    NG_ARRAY(struct lf_trace_slot *) by_id;  // null: no geometry has this id
+    NG_ARRAY(struct lf_trace_slot *) shown;  // beside the snapshot's instances
+    NG_ARRAY(struct lf_trace_slot *) before; // those of the last update, while one runs
+    NG_ARRAY(uint32_t) ids;                  // of the instances of this update
+    NG_ARRAY(uint8_t) surfaces;              // of the entity with this index, listed so far
+    NG_ARRAY(struct lf_shared *) shared;
+    NG_ARRAY(struct lf_shared *) by_mesh; // of the snapshot's meshes, while an update runs; null: flattened
+    uint64_t memory_limit, most_bytes, bytes; // asked for, of this update, and taken by Embree
     const struct ng_snapshot *snapshot;
     struct lf_srgb srgb;
     struct lf_tracer_stats stats;
@@ -80,15 +92,32 @@ void lf_triangles_settle(struct lf_triangles *triangles, const float matrix[12],
                          const struct ng_snapshot_mesh *mesh);
 void lf_triangles_mask(struct lf_triangles *triangles, bool masked);
 
+// ---- slots.c ---------------------------------------------------------------------------------------------
+// Finds the slots of a snapshot's instances: sets `shown`, null where one has to be made, and drops the slots
+// of what is gone. `*changed`: what may be shared is to be chosen again.
+NG_NODISCARD ng_result lf_slots_find(struct lf_tracer *tracer, const struct ng_snapshot *snapshot,
+                                     bool *changed);
+// Drops those that are shared and should not be, or the other way round.
+void lf_slots_drop_otherwise_shared(struct lf_tracer *tracer, const struct ng_snapshot *snapshot);
+// Makes what is missing, and brings the others to where the snapshot has them; the caller commits the scenes.
+NG_NODISCARD ng_result lf_slots_follow(struct lf_tracer *tracer, const struct ng_snapshot *snapshot);
+// Moves structures that were built around meshes at rest to where these are; the scenes have been committed,
+// and have to be again. False: there were none.
+bool lf_slots_settle(struct lf_tracer *tracer, const struct ng_snapshot *snapshot);
+void lf_slots_forget(struct lf_tracer *tracer);
+
 // ---- sharing.c -------------------------------------------------------------------------------------------
-// Decides for a new build which meshes instances share, and makes them. Error, logged: NG_ERROR_MEMORY.
+// Decides which of a snapshot's meshes instances share: sets `by_mesh`. Error, logged: NG_ERROR_MEMORY.
 NG_NODISCARD ng_result lf_sharing_choose(struct lf_tracer *tracer, const struct ng_snapshot *snapshot);
+// Frees the meshes that are shared no longer; no slot has them.
+void lf_sharing_tidy(struct lf_tracer *tracer);
 void lf_sharing_forget(struct lf_tracer *tracer);
 // Whether an instance's mesh may be one of them.
 bool lf_may_share(const struct ng_snapshot *snapshot, uint32_t instance);
-// Makes a slot's geometry an instance of a mesh; the caller places and commits it.
+// Makes a slot's geometry an instance of a mesh, which is made if it is not yet; the caller places and
+// commits the geometry.
 NG_NODISCARD ng_result lf_sharing_attach(struct lf_tracer *tracer, struct lf_shared *shared,
-                                         struct lf_trace_slot *slot);
+                                         const struct ng_snapshot_mesh *mesh, struct lf_trace_slot *slot);
 // Follows the slot's matrix and mask.
 void lf_sharing_place(struct lf_trace_slot *slot);
 
@@ -119,7 +148,7 @@ void lf_filter_mask(const struct RTCFilterFunctionNArguments *arguments);
 // Whose geometry was met.
 static inline const struct lf_trace_slot *lf_trace_slot_met(const struct lf_tracer *t, const struct RTCHit *h)
 {
-    return &t->slots[h->instID[0] == RTC_INVALID_GEOMETRY_ID ? h->geomID : h->instID[0]];
+    return t->by_id.items[h->instID[0] == RTC_INVALID_GEOMETRY_ID ? h->geomID : h->instID[0]];
 }
 
 // Unit normal of the front. Embree's normal of a triangle follows the order of its vertices, in the mesh's

@@ -102,7 +102,9 @@ static void aim_side_by_side(const struct lf_tracer *t, const struct lf_packet *
                              int valid[LF_PACKET], struct RTCRayHit16 *out)
 {
     begin_passing(t, p->passes, q);
-    q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    // Embree does not come back from some coherent packets among instances.
+    if (!t->shared.count)
+        q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     *out = (struct RTCRayHit16){0};
     for (int i = 0; i < LF_PACKET; i++) {
         const float origin[3] = {p->origin[0][i], p->origin[1][i], p->origin[2][i]};

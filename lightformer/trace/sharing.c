@@ -96,22 +96,40 @@ static ng_result make_shared(struct lf_tracer *t, const struct ng_snapshot_mesh 
     return NG_OK;
 }
 
+// Meshes that were shared before are found by the slots that still show them.
+static void keep_shared(struct lf_tracer *t, const struct ng_snapshot *snapshot, const uint32_t *uses)
+{
+    for (uint32_t i = 0; i < snapshot->instance_count; i++) {
+        const struct lf_trace_slot *s = t->shown.items[i];
+        uint32_t mesh = snapshot->instances[i].mesh;
+        if (s && s->shared && uses[mesh] > 1)
+            t->by_mesh.items[mesh] = s->shared;
+    }
+}
+
 static ng_result share(struct lf_tracer *t, const struct ng_snapshot *snapshot, const uint32_t *uses)
 {
-    t->shared = calloc(snapshot->mesh_count ? snapshot->mesh_count : 1, sizeof *t->shared);
-    if (!t->shared)
-        return ng_out_of_memory("ray tracing");
-    t->shared_count = snapshot->mesh_count;
-    for (uint32_t i = 0; i < snapshot->mesh_count; i++)
-        if (uses[i] > 1)
-            NG_TRY(make_shared(t, &snapshot->meshes[i], &t->shared[i]));
+    keep_shared(t, snapshot, uses);
+    for (uint32_t i = 0; i < snapshot->mesh_count; i++) {
+        struct lf_shared **shared = &t->by_mesh.items[i];
+        if (uses[i] <= 1)
+            continue;
+        if (!*shared) {
+            *shared = calloc(1, sizeof **shared);
+            if (!*shared || !ng_array_push(&t->shared, *shared)) {
+                free(*shared);
+                return ng_out_of_memory("ray tracing");
+            }
+        }
+        (*shared)->used = true;
+    }
     return NG_OK;
 }
 
 static ng_result choose(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t *uses)
 {
     const struct need need = count_need(snapshot, uses);
-    t->most_bytes = t->memory_limit ? t->memory_limit : ng_system_available_memory();
+    t->most_bytes = t->memory_limit ? t->memory_limit : ng_system_available_memory() + t->bytes;
     if (need.flattened <= t->most_bytes / PART_FOR_FLATTENED)
         return NG_OK;
     if (need.shared <= t->most_bytes)
@@ -125,23 +143,41 @@ static ng_result choose(struct lf_tracer *t, const struct ng_snapshot *snapshot,
 
 ng_result lf_sharing_choose(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
+    t->by_mesh.count = 0;
+    for (size_t i = 0; i < t->shared.count; i++)
+        t->shared.items[i]->used = false;
     uint32_t *uses = calloc(snapshot->mesh_count ? snapshot->mesh_count : 1, sizeof *uses);
-    ng_result r = uses ? choose(t, snapshot, uses) : ng_out_of_memory("ray tracing");
+    bool room = uses && ng_array_resize(&t->by_mesh, snapshot->mesh_count);
+    ng_result r = room ? choose(t, snapshot, uses) : ng_out_of_memory("ray tracing");
     free(uses);
     return r;
 }
 
+static void free_shared(struct lf_shared *shared)
+{
+    if (shared->triangles.geometry)
+        rtcReleaseGeometry(shared->triangles.geometry);
+    if (shared->scene)
+        rtcReleaseScene(shared->scene);
+    free(shared);
+}
+
+void lf_sharing_tidy(struct lf_tracer *t)
+{
+    for (size_t i = t->shared.count; i-- > 0;) {
+        if (t->shared.items[i]->used)
+            continue;
+        free_shared(t->shared.items[i]);
+        ng_array_swap_remove(&t->shared, i);
+    }
+}
+
 void lf_sharing_forget(struct lf_tracer *t)
 {
-    for (uint32_t i = 0; i < t->shared_count; i++) {
-        if (t->shared[i].triangles.geometry)
-            rtcReleaseGeometry(t->shared[i].triangles.geometry);
-        if (t->shared[i].scene)
-            rtcReleaseScene(t->shared[i].scene);
-    }
-    free(t->shared);
-    t->shared = NULL;
-    t->shared_count = 0;
+    for (size_t i = 0; i < t->shared.count; i++)
+        free_shared(t->shared.items[i]);
+    ng_array_finish(&t->shared);
+    ng_array_finish(&t->by_mesh);
 }
 
 void lf_sharing_place(struct lf_trace_slot *s)
@@ -156,8 +192,11 @@ void lf_sharing_place(struct lf_trace_slot *s)
     }
 }
 
-ng_result lf_sharing_attach(struct lf_tracer *t, struct lf_shared *shared, struct lf_trace_slot *s)
+ng_result lf_sharing_attach(struct lf_tracer *t, struct lf_shared *shared,
+                            const struct ng_snapshot_mesh *mesh, struct lf_trace_slot *s)
 {
+    if (!shared->scene)
+        NG_TRY(make_shared(t, mesh, shared));
     s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_INSTANCE);
     if (!s->geometry)
         return NG_ERROR_MEMORY;

@@ -1,6 +1,5 @@
 // One Embree scene of all instances, flattened into world space where memory allows it (sharing.c), and a
-// second one that holds the emitters alone. A slot per instance remembers what it was built from, so that an
-// update touches what differs.
+// second one that holds the emitters alone.
 //
 // The scene has two levels: a structure per instance, and a small one over them. So what moves is refitted
 // alone (README.md has the figures).
@@ -32,7 +31,7 @@ void lf_tracer_limit_memory(struct lf_tracer *tracer, uint64_t bytes)
 
 const struct lf_instance *lf_tracer_instance(const struct lf_tracer *tracer, uint32_t instance)
 {
-    return &tracer->slots[instance].seen;
+    return &tracer->shown.items[instance]->seen;
 }
 
 const struct lf_srgb *lf_tracer_srgb(const struct lf_tracer *tracer)
@@ -69,18 +68,13 @@ static bool count_memory(void *user, ssize_t bytes, bool done)
 
 static void free_scene(struct lf_tracer *t)
 {
+    lf_slots_forget(t);
+    lf_sharing_forget(t);
     if (t->scene)
         rtcReleaseScene(t->scene);
     if (t->emitters)
         rtcReleaseScene(t->emitters);
-    for (uint32_t i = 0; i < t->slot_count; i++)
-        if (t->slots[i].geometry)
-            rtcReleaseGeometry(t->slots[i].geometry);
-    lf_sharing_forget(t);
-    free(t->slots);
     t->scene = t->emitters = NULL;
-    t->slots = NULL;
-    t->slot_count = 0;
     t->snapshot = NULL;
 }
 
@@ -127,160 +121,62 @@ void lf_tracer_destroy(struct lf_tracer **tracer)
     free(t);
 }
 
-static enum lf_shape shape_of(const struct ng_snapshot *snapshot, const struct ng_snapshot_instance *instance)
+// ---- Scenes ----------------------------------------------------------------------------------------------
+
+static void bound_nothing(const struct RTCBoundsFunctionArguments *a)
 {
-    if (instance->light == NG_NONE)
-        return LF_SHAPE_TRIANGLES;
-    const struct ng_light_source *source = &snapshot->lights[instance->light].source;
-    struct ng_light_surface surface = {.shape = NG_LIGHT_SHAPE_MESH};
-    if (source->type->surface)
-        source->type->surface(source, &surface);
-    return surface.shape == NG_LIGHT_SHAPE_SPHERE ? LF_SHAPE_SPHERE
-           : surface.shape == NG_LIGHT_SHAPE_DISK ? LF_SHAPE_DISK
-                                                  : LF_SHAPE_TRIANGLES;
+    *a->bounds_o = (struct RTCBounds){.lower_x = INFINITY, .upper_x = -INFINITY};
 }
 
-// Reads what an instance is now; true if its place or form is another.
-static bool read_instance(struct lf_trace_slot *s, const struct ng_snapshot *snapshot)
+static void attach_nothing(RTCScene scene, RTCGeometry geometry, unsigned int id)
 {
-    const struct ng_snapshot_instance *instance = &snapshot->instances[s->instance];
-    const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
-    bool moved = s->mesh_revision != mesh->revision;
-    for (int i = 0; i < 12; i++)
-        moved |= s->matrix[i] != instance->matrix[i];
-    s->mesh_revision = mesh->revision;
-    s->version = instance->version;
-    memcpy(s->matrix, instance->matrix, sizeof s->matrix);
-    return moved;
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, id);
+    rtcReleaseGeometry(geometry);
 }
 
-static void commit_geometry(struct lf_trace_slot *s)
+// When the first geometry of a kind comes, or the last goes, Embree builds everything anew, and around where
+// things are instead of around the mesh at rest. So there is always one of each kind.
+static ng_result keep_kinds(struct lf_tracer *t, RTCScene scene)
 {
-    if (s->shared)
-        lf_sharing_place(s);
-    else if (s->seen.shape == LF_SHAPE_TRIANGLES)
-        lf_triangles_mask(&s->triangles, s->seen.flags & NG_INSTANCE_MASKED);
-    rtcCommitGeometry(s->geometry);
-}
-
-static ng_result make_geometry(struct lf_tracer *t, const struct ng_snapshot *snapshot,
-                               struct lf_trace_slot *s)
-{
-    uint32_t mesh = snapshot->instances[s->instance].mesh;
-    if (s->seen.shape != LF_SHAPE_TRIANGLES) {
-        s->geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_USER);
-        lf_shape_set(s->geometry, s);
-        return NG_OK;
-    }
-    t->stats.triangles += snapshot->meshes[mesh].index_count / 3;
-    if (t->shared && t->shared[mesh].scene && lf_may_share(snapshot, s->instance)) {
-        t->stats.shared++;
-        return lf_sharing_attach(t, &t->shared[mesh], s);
-    }
-    bool built;
-    ng_result r = lf_triangles_make(t->device, &snapshot->meshes[mesh], &s->triangles);
-    s->geometry = s->triangles.geometry;
-    return r == NG_OK ? lf_triangles_move(&s->triangles, s->matrix, &snapshot->meshes[mesh], &built) : r;
-}
-
-static ng_result make_slot(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t index)
-{
-    struct lf_trace_slot *s = &t->slots[index];
-    const struct ng_snapshot_instance *instance = &snapshot->instances[index];
-    const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
-    *s = (struct lf_trace_slot){.instance = index,
-                                .seen.shape = shape_of(snapshot, instance),
-                                .entity = instance->entity,
-                                .mesh_key = mesh->key};
-    lf_instance_read(snapshot, index, &s->seen);
-    read_instance(s, snapshot);
-    NG_TRY(make_geometry(t, snapshot, s));
-    commit_geometry(s);
-    rtcAttachGeometryByID(t->scene, s->geometry, index);
-    if (instance->light != NG_NONE)
-        rtcAttachGeometryByID(t->emitters, s->geometry, index);
+    RTCGeometry triangle = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_TRIANGLE),
+                shape = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_USER),
+                copy = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    float *vertex =
+        rtcSetNewGeometryBuffer(triangle, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 1);
+    uint32_t *index =
+        rtcSetNewGeometryBuffer(triangle, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof *index, 1);
+    RTCScene empty = rtcNewScene(t->device);
+    if (!vertex || !index || !empty || !shape || !copy)
+        return NG_ERROR_MEMORY;
+    memset(vertex, 0, 3 * sizeof *vertex);
+    memset(index, 0xff, 3 * sizeof *index); // no vertices
+    rtcSetGeometryUserPrimitiveCount(shape, 1);
+    rtcSetGeometryBoundsFunction(shape, (RTCBoundsFunction)bound_nothing, NULL);
+    rtcCommitScene(empty);
+    rtcSetGeometryInstancedScene(copy, empty);
+    rtcReleaseScene(empty);
+    attach_nothing(scene, triangle, 0);
+    attach_nothing(scene, shape, 1);
+    attach_nothing(scene, copy, 2);
     return NG_OK;
 }
 
-static ng_result build(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+static ng_result make_scene(struct lf_tracer *t, RTCScene *out)
 {
-    free_scene(t);
-    t->stats.triangles = t->stats.shared = 0;
-    NG_TRY(lf_sharing_choose(t, snapshot));
-    t->slots = calloc(snapshot->instance_count ? snapshot->instance_count : 1, sizeof *t->slots);
-    if (!t->slots)
-        return ng_out_of_memory("ray tracing");
-    t->slot_count = snapshot->instance_count;
-    t->scene = rtcNewScene(t->device);
-    t->emitters = rtcNewScene(t->device);
-    if (!t->scene || !t->emitters)
+    *out = rtcNewScene(t->device);
+    if (!*out)
         return NG_ERROR_MEMORY;
     // Of the scene, "low" chooses the structure of two levels; each geometry is built in its own quality.
-    rtcSetSceneFlags(t->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION | RTC_SCENE_FLAG_DYNAMIC);
-    rtcSetSceneBuildQuality(t->scene, RTC_BUILD_QUALITY_LOW);
-    rtcSetSceneFlags(t->emitters, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-    for (uint32_t i = 0; i < t->slot_count; i++)
-        NG_TRY(make_slot(t, snapshot, i));
-    t->stats.updated = t->stats.built = t->slot_count;
-    return NG_OK;
+    rtcSetSceneFlags(*out, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION | RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneBuildQuality(*out, RTC_BUILD_QUALITY_LOW);
+    return keep_kinds(t, *out);
 }
 
-// Whether the snapshot has the instances that the slots were made from, and the same ones are emitters.
-static bool same_instances(const struct lf_tracer *t, const struct ng_snapshot *snapshot)
+static void commit(struct lf_tracer *t)
 {
-    if (!t->slots || t->slot_count != snapshot->instance_count)
-        return false;
-    for (uint32_t i = 0; i < t->slot_count; i++) {
-        const struct ng_snapshot_instance *instance = &snapshot->instances[i];
-        const struct lf_trace_slot *s = &t->slots[i];
-        if (!ng_entity_same(s->entity, instance->entity) ||
-            s->mesh_key != snapshot->meshes[instance->mesh].key ||
-            s->seen.shape != shape_of(snapshot, instance) ||
-            (s->shared && s->version != instance->version && !lf_may_share(snapshot, i)) ||
-            (s->seen.light == NG_NONE) != (instance->light == NG_NONE))
-            return false;
-    }
-    return true;
-}
-
-static ng_result follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
-{
-    for (uint32_t i = 0; i < t->slot_count; i++) {
-        struct lf_trace_slot *s = &t->slots[i];
-        uint32_t before = s->seen.flags;
-        lf_instance_read(snapshot, i, &s->seen); // the snapshot's arrays may be elsewhere
-        if (s->version == snapshot->instances[i].version)
-            continue;
-        bool moved = read_instance(s, snapshot);
-        if (!moved && ((before ^ s->seen.flags) & NG_INSTANCE_MASKED) == 0)
-            continue; // it reflects in another way
-        t->stats.updated++;
-        bool built = false;
-        if (s->triangles.geometry)
-            NG_TRY(lf_triangles_move(&s->triangles, s->matrix, &snapshot->meshes[snapshot->instances[i].mesh],
-                                     &built));
-        t->stats.built += built;
-        commit_geometry(s);
-    }
-    return NG_OK;
-}
-
-// Structures that are built now are built around meshes at rest; then these go where they are.
-static void settle(struct lf_tracer *t, const struct ng_snapshot *snapshot)
-{
-    bool any = false;
-    for (uint32_t i = 0; i < t->slot_count; i++)
-        any |= t->slots[i].triangles.at_rest;
-    if (!any)
-        return;
     rtcCommitScene(t->scene);
-    for (uint32_t i = 0; i < t->slot_count; i++) {
-        struct lf_trace_slot *s = &t->slots[i];
-        if (!s->triangles.at_rest)
-            continue;
-        lf_triangles_settle(&s->triangles, s->matrix, &snapshot->meshes[snapshot->instances[i].mesh]);
-        commit_geometry(s);
-    }
+    rtcCommitScene(t->emitters);
 }
 
 // So that most rays that look for emitters alone end before they begin.
@@ -291,7 +187,7 @@ static void find_boxes(struct lf_tracer *t, const struct ng_snapshot *snapshot)
     for (uint32_t i = 0; i < snapshot->instance_count; i++) {
         const struct ng_snapshot_instance *in = &snapshot->instances[i];
         if (in->light == NG_NONE)
-            t->others_shine |= lf_max3(t->slots[i].seen.plain.emission) > 0;
+            t->others_shine |= lf_max3(t->shown.items[i]->seen.plain.emission) > 0;
         if (in->light == NG_NONE || ++t->box_count > LF_MAX_BOXES)
             continue;
         struct lf_box *box = &t->boxes[t->box_count - 1];
@@ -304,18 +200,28 @@ static void find_boxes(struct lf_tracer *t, const struct ng_snapshot *snapshot)
     }
 }
 
-static ng_result update(struct lf_tracer *t, const struct ng_snapshot *snapshot)
+static ng_result follow(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
-    bool same = same_instances(t, snapshot);
-    NG_TRY(same ? follow(t, snapshot) : build(t, snapshot));
-    settle(t, snapshot);
+    bool changed = !t->scene;
+    if (!t->scene) {
+        NG_TRY(make_scene(t, &t->scene));
+        NG_TRY(make_scene(t, &t->emitters));
+    }
+    NG_TRY(lf_slots_find(t, snapshot, &changed));
+    if (changed) {
+        NG_TRY(lf_sharing_choose(t, snapshot));
+        lf_slots_drop_otherwise_shared(t, snapshot);
+        lf_sharing_tidy(t);
+    }
+    NG_TRY(lf_slots_follow(t, snapshot));
     t->snapshot = snapshot;
     find_boxes(t, snapshot);
-    if (!same || t->stats.updated) {
-        rtcCommitScene(t->scene);
-        rtcCommitScene(t->emitters);
-    }
-    return t->failed ? NG_ERROR_MEMORY : NG_OK;
+    if (!changed && !t->stats.updated)
+        return NG_OK;
+    commit(t);
+    if (lf_slots_settle(t, snapshot))
+        commit(t);
+    return NG_OK;
 }
 
 ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapshot)
@@ -324,10 +230,12 @@ ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapsh
     uint64_t begin = ng_clock_ns();
     t->stats.updated = t->stats.built = 0;
     t->failed = false;
-    ng_result result = update(t, snapshot);
+    ng_result result = follow(t, snapshot);
+    if (result == NG_OK && t->failed)
+        result = NG_ERROR_MEMORY;
     if (result != NG_OK)
         free_scene(t);
-    t->stats.instances = t->slot_count;
+    t->stats.instances = (uint32_t)t->shown.count;
     t->stats.bytes = t->bytes;
     t->stats.update_ms = (double)(ng_clock_ns() - begin) * 1e-6;
     return result;

@@ -50,8 +50,8 @@ void lf_tracer_destroy(struct lf_tracer **tracer);
 void lf_tracer_limit_memory(struct lf_tracer *tracer, uint64_t bytes);
 
 // Follows a snapshot. What has the same entity, mesh and version as before is left alone; what moved or
-// deformed is refitted; where instances come or go everything is built again. Errors, logged with the size:
-// NG_ERROR_MEMORY; the tracer is then empty.
+// deformed is refitted; what comes is built, what goes is dropped. Rays meet the same, byte for byte, as in a
+// new tracer of the same snapshot. Errors, logged with the size: NG_ERROR_MEMORY; the tracer is then empty.
 NG_NODISCARD ng_result lf_tracer_update(struct lf_tracer *tracer, const struct ng_snapshot *snapshot);
 const struct ng_snapshot *lf_tracer_snapshot(const struct lf_tracer *tracer); // borrowed; null before
 struct lf_tracer_stats lf_tracer_stats_of(const struct lf_tracer *tracer);

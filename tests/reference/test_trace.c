@@ -379,7 +379,11 @@ static void test_only_what_moved_is_touched(void **state)
     OK(ng_entity_destroy(s.world, pieces[0]));
     scene_frame(&s, 10);
     stats = lf_tracer_stats_of(s.tracer);
-    assert_true(stats.instances == 4 && stats.built == 4);
+    assert_true(stats.instances == 4 && stats.built == 0 && stats.updated == 0);
+    scene_sphere(&s, (const float[3]){0, 2, 0}, 0.3f, false, material);
+    scene_frame(&s, 11);
+    stats = lf_tracer_stats_of(s.tracer);
+    assert_true(stats.instances == 5 && stats.built == 1 && stats.updated == 1);
     scene_close(&s);
 }
 
