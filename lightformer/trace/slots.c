@@ -148,23 +148,42 @@ static ng_result follow(struct lf_tracer *t, const struct ng_snapshot *snapshot,
 
 // ---- All of them -----------------------------------------------------------------------------------------
 
-// The id of each instance's geometry, from its entity and how many surfaces of it are listed before.
+// Counts the surfaces of each entity; how many indices of entities there are, and a power of two that no
+// entity has more surfaces than.
+static ng_result count_surfaces(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t *entities,
+                                uint32_t *most)
+{
+    *entities = 0, *most = 1;
+    for (uint32_t i = 0; i < snapshot->instance_count; i++)
+        if (ng_entity_index(snapshot->instances[i].entity) >= *entities)
+            *entities = ng_entity_index(snapshot->instances[i].entity) + 1;
+    t->surfaces.count = 0;
+    if (!ng_array_resize(&t->surfaces, *entities))
+        return ng_out_of_memory("ray tracing");
+    for (uint32_t i = 0; i < snapshot->instance_count; i++) {
+        uint32_t surfaces = ++t->surfaces.items[ng_entity_index(snapshot->instances[i].entity)];
+        NG_REQUIRE(surfaces <= MOST_SURFACES, "ray tracing: an entity has more than %u surfaces",
+                   MOST_SURFACES);
+        while (*most < surfaces)
+            *most *= 2;
+    }
+    return NG_OK;
+}
+
+// The id of each instance's geometry, from its entity and how many surfaces of it are listed after. Ids that
+// no geometry has take time in every commit, so there are no more of them than the snapshot needs; where that
+// changes, as with the first light on the entity of a mesh, all ids do, and everything is built anew.
 static ng_result name_instances(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
-    uint32_t entities = 0;
-    for (uint32_t i = 0; i < snapshot->instance_count; i++)
-        if (ng_entity_index(snapshot->instances[i].entity) >= entities)
-            entities = ng_entity_index(snapshot->instances[i].entity) + 1;
-    t->surfaces.count = 0;
-    size_t ids = LF_TRACE_FIRST_ID + (size_t)entities * MOST_SURFACES;
-    if (!ng_array_resize(&t->surfaces, entities) || !ng_array_resize(&t->ids, snapshot->instance_count) ||
+    uint32_t entities, most;
+    NG_TRY(count_surfaces(t, snapshot, &entities, &most));
+    size_t ids = LF_TRACE_FIRST_ID + (size_t)entities * most;
+    if (!ng_array_resize(&t->ids, snapshot->instance_count) ||
         (ids > t->by_id.count && !ng_array_resize(&t->by_id, ids)))
         return ng_out_of_memory("ray tracing");
     for (uint32_t i = 0; i < snapshot->instance_count; i++) {
         uint32_t entity = ng_entity_index(snapshot->instances[i].entity);
-        NG_REQUIRE(t->surfaces.items[entity] < MOST_SURFACES,
-                   "ray tracing: an entity has more than %u surfaces", MOST_SURFACES);
-        t->ids.items[i] = LF_TRACE_FIRST_ID + entity * MOST_SURFACES + t->surfaces.items[entity]++;
+        t->ids.items[i] = LF_TRACE_FIRST_ID + entity * most + --t->surfaces.items[entity];
     }
     return NG_OK;
 }
