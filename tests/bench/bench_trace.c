@@ -70,7 +70,8 @@ static ng_result make_sphere(struct bench *b, ng_asset *out)
         return ng_out_of_memory("a sphere");
     }
     for (uint32_t i = 0; i < g.vertex_count; i++) {
-        double phi = 2 * pi * (i % ROW) / AROUND, theta = pi * (double)(i / ROW) / DOWN;
+        uint32_t row = i / ROW;
+        double phi = 2 * pi * (i % ROW) / AROUND, theta = pi * row / DOWN;
         const double n[3] = {sin(theta) * cos(phi), cos(theta), -sin(theta) * sin(phi)};
         for (size_t k = 0; k < 3; k++)
             g.positions[i * 3 + k] = g.normals[i * 3 + k] = (float)n[k];
@@ -95,7 +96,8 @@ static ng_result add_spheres(struct bench *b, uint32_t count)
     NG_TRY(make_sphere(b, &mesh.geometry));
     for (uint32_t i = 0; i < count; i++) {
         ng_entity e;
-        const struct ng_transform place = {.translation = {(float)(i % 8) * 1.5f, (float)(i / 8) * 1.5f, -3},
+        uint32_t row = i / 8;
+        const struct ng_transform place = {.translation = {(float)(i % 8) * 1.5f, (float)row * 1.5f, -3},
                                            .rotation = {0, 0, 0, 1},
                                            .scale = {1, 1, 1}};
         NG_TRY(add_copy(b, &mesh, &place, &e));

@@ -318,7 +318,7 @@ static uint32_t count_twins(const struct ng_snapshot *s)
         const struct ng_snapshot_instance *a = &s->instances[i], *b = NULL;
         for (uint32_t k = 0; k < i && !b; k++)
             if (s->instances[k].mesh == a->mesh &&
-                memcmp(s->instances[k].matrix, a->matrix, sizeof a->matrix) == 0)
+                memcmp((const void *)s->instances[k].matrix, (const void *)a->matrix, sizeof a->matrix) == 0)
                 b = &s->instances[k];
         count += b != NULL;
     }
@@ -337,7 +337,7 @@ static void compare(struct walk *w, const struct lf_tracer *fresh)
         for (int k = 0; k < LF_PACKET; k++) {
             ask(w->scene.tracer, rays + k, light, &a);
             ask(fresh, rays + k, light, &b);
-            if (memcmp(&a, &b, sizeof a) != 0)
+            if (memcmp((const void *)&a, (const void *)&b, sizeof a) != 0)
                 fail_msg("seed %u, %s: a ray meets instance %u, triangle %u at %.9g, in a new tracer %u, %u "
                          "at %.9g",
                          (unsigned)seed, w->what, a.hits[0].instance, a.hits[0].triangle,
