@@ -1,7 +1,8 @@
 // History: a transaction is a list of operations, and each operation knows how to be taken back.
 //
 // An operation holds what the world does not have at the moment: done, the old value; undone, the new one. So
-// undo and redo are one function that exchanges the two, run backward or forward over the list.
+// undo and redo are one function that exchanges the two, run backward or forward over the list. Changes of
+// other owners (NG_OP_OTHER) do the same by functions of their own.
 #include "scene/world_internal.h"
 
 #include "base/hash.h"
@@ -70,6 +71,14 @@ ng_result ng_history_record(struct ng_world *world, const struct ng_op *op, cons
             return NG_OK;
     }
     return ng_op_list_push(&h->current.list, op, value, value_size(world, op));
+}
+
+ng_result ng_world_record(struct ng_world *world, const struct ng_change_type *type, void *change)
+{
+    struct ng_history *h = &world->history;
+    NG_REQUIRE(h->open, "no transaction is open");
+    struct ng_op op = {.kind = NG_OP_OTHER, .type = type, .change = change};
+    return ng_op_list_push(&h->current.list, &op, NULL, 0);
 }
 
 void ng_history_unrecord(struct ng_world *world)
@@ -148,6 +157,9 @@ static ng_result toggle(struct ng_world *world, struct ng_op_list *list, size_t 
         return toggle_value(world, op, value);
     case NG_OP_MOVE:
         return toggle_place(world, op);
+    case NG_OP_OTHER:
+        op->type->exchange(op->change, forward);
+        return NG_OK;
     }
     assert(!"no such operation");
     return NG_ERROR_USAGE;
@@ -166,6 +178,14 @@ static ng_result apply(struct ng_world *world, struct ng_op_list *list, bool for
 }
 
 // ---- entries ---------------------------------------------------------------------------------------------
+static void list_finish(struct ng_op_list *list, bool done)
+{
+    for (size_t i = list->ops.count; i-- > 0;)
+        if (list->ops.items[i].kind == NG_OP_OTHER)
+            list->ops.items[i].type->finish(list->ops.items[i].change, done);
+    ng_op_list_finish(list);
+}
+
 // Forgets an entry. Ids held for it become free: of what it destroyed if done, of what it created if undone.
 static void entry_finish(struct ng_world *world, struct ng_entry *entry, bool done)
 {
@@ -175,7 +195,20 @@ static void entry_finish(struct ng_world *world, struct ng_entry *entry, bool do
         if (entry->list.ops.items[i].kind == kind && ng_entity_known(world, e) && !ng_entity_alive(world, e))
             ng_entity_release(world, e);
     }
-    ng_op_list_finish(&entry->list);
+    world->history.bytes -= entry->bytes;
+    list_finish(&entry->list, done);
+}
+
+// What an entry holds changes in size as it is exchanged.
+static void count_bytes(struct ng_history *h, struct ng_entry *entry)
+{
+    uint64_t bytes = entry->list.bytes.capacity + entry->list.ops.capacity * sizeof entry->list.ops.items[0];
+    for (size_t i = 0; i < entry->list.ops.count; i++) {
+        const struct ng_op *op = &entry->list.ops.items[i];
+        bytes += op->kind == NG_OP_OTHER ? op->type->bytes(op->change) : 0;
+    }
+    h->bytes += bytes - entry->bytes;
+    entry->bytes = bytes;
 }
 
 static void forget_undone(struct ng_world *world)
@@ -210,6 +243,7 @@ ng_result ng_world_begin(struct ng_world *world, const char *label)
                label);
     NG_REQUIRE(!world->locked, "a transaction cannot begin while a query is being iterated");
     h->open = true;
+    h->transactions++;
     snprintf(h->current.label, sizeof h->current.label, "%s", label);
     return NG_OK;
 }
@@ -224,8 +258,8 @@ ng_result ng_world_commit(struct ng_world *world)
             return ng_out_of_memory("an undo entry");
         forget_undone(world);
         h->entries.items[h->entries.count++] = h->current;
-        h->done++;
-        if (h->done > h->limit)
+        count_bytes(h, &h->entries.items[h->done++]);
+        while (h->done > h->limit || (h->done > 1 && h->bytes > h->byte_limit))
             forget_oldest(world);
     } else {
         ng_op_list_finish(&h->current.list);
@@ -251,11 +285,23 @@ bool ng_world_in_transaction(const struct ng_world *world)
     return world->history.open;
 }
 
+uint64_t ng_world_transaction(const struct ng_world *world)
+{
+    return world->history.open ? world->history.transactions : 0;
+}
+
 static ng_result check_idle(const struct ng_world *world)
 {
     NG_REQUIRE(!world->history.open, "not while transaction \"%s\" is open", world->history.current.label);
     NG_REQUIRE(!world->locked, "not while a query is being iterated");
     return NG_OK;
+}
+
+static ng_result exchange(struct ng_world *world, struct ng_entry *entry, bool forward)
+{
+    ng_result r = apply(world, &entry->list, forward);
+    count_bytes(&world->history, entry);
+    return r;
 }
 
 ng_result ng_world_undo(struct ng_world *world)
@@ -264,7 +310,7 @@ ng_result ng_world_undo(struct ng_world *world)
     NG_TRY(check_idle(world));
     if (!h->done)
         return NG_ERROR_NOT_FOUND;
-    return apply(world, &h->entries.items[--h->done].list, false);
+    return exchange(world, &h->entries.items[--h->done], false);
 }
 
 ng_result ng_world_redo(struct ng_world *world)
@@ -273,7 +319,7 @@ ng_result ng_world_redo(struct ng_world *world)
     NG_TRY(check_idle(world));
     if (h->done == h->entries.count)
         return NG_ERROR_NOT_FOUND;
-    return apply(world, &h->entries.items[h->done++].list, true);
+    return exchange(world, &h->entries.items[h->done++], true);
 }
 
 const char *ng_world_undo_label(const struct ng_world *world)
@@ -298,12 +344,22 @@ void ng_world_clear_history(struct ng_world *world)
     world->history.entries.count = 0;
 }
 
+void ng_world_limit_history(struct ng_world *world, uint64_t bytes)
+{
+    world->history.byte_limit = bytes ? bytes : (uint64_t)256 << 20;
+}
+
+uint64_t ng_world_history_bytes(const struct ng_world *world)
+{
+    return world->history.bytes;
+}
+
 void ng_history_finish(struct ng_world *world)
 {
     struct ng_history *h = &world->history;
     for (size_t i = 0; i < h->entries.count; i++)
-        ng_op_list_finish(&h->entries.items[i].list);
+        list_finish(&h->entries.items[i].list, i < h->done);
     ng_array_finish(&h->entries);
-    ng_op_list_finish(&h->current.list);
+    list_finish(&h->current.list, true);
     free(h->saved.keys);
 }

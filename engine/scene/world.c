@@ -15,6 +15,7 @@ ng_result ng_world_create(const struct ng_world_params *params, struct ng_world 
         return ng_out_of_memory("a world");
     world->tick = 1;
     world->history.limit = params && params->history_limit ? params->history_limit : 256;
+    ng_world_limit_history(world, 0);
     ng_result r = ng_entities_init(world);
     if (r != NG_OK)
         ng_world_destroy(&world);

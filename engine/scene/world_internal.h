@@ -100,14 +100,16 @@ struct ng_slot {
 
 // ---- operations as data (command.c) ----------------------------------------------------------------------
 // A deferred command is an operation that waits; an undo entry is a list of operations that were done.
-enum ng_op_kind { NG_OP_CREATE, NG_OP_DESTROY, NG_OP_ADD, NG_OP_REMOVE, NG_OP_SET, NG_OP_MOVE };
+enum ng_op_kind { NG_OP_CREATE, NG_OP_DESTROY, NG_OP_ADD, NG_OP_REMOVE, NG_OP_SET, NG_OP_MOVE, NG_OP_OTHER };
 
 struct ng_op {
     enum ng_op_kind kind;
     ng_component component; // ADD, REMOVE, SET
     ng_entity entity;
-    ng_entity parent, before; // CREATE, DESTROY, MOVE
-    size_t value;             // ADD, REMOVE, SET: offset in `bytes`
+    ng_entity parent, before;          // CREATE, DESTROY, MOVE
+    const struct ng_change_type *type; // OTHER: a change of something that is no entity
+    void *change;
+    size_t value; // ADD, REMOVE, SET: offset in `bytes`
 };
 
 struct ng_op_list {
@@ -124,11 +126,14 @@ void ng_op_list_finish(struct ng_op_list *list);
 struct ng_entry {
     char label[NG_TEXT_SIZE];
     struct ng_op_list list;
+    uint64_t bytes; // that it holds, counted when it was last done, undone or redone
 };
 
 struct ng_history {
     NG_ARRAY(struct ng_entry) entries; // [0, done) can be undone, the rest redone
     size_t done, limit;
+    uint64_t bytes, byte_limit; // of all entries
+    uint64_t transactions;      // begun so far
     bool open;
     struct ng_entry current; // of the open transaction
     // The values that `current` can already restore: a hash set of slot and component, so that a drag of a

@@ -646,6 +646,99 @@ static void history_is_checked_and_bounded(void **state)
     assert_null(ng_world_redo_label(world));
 }
 
+// A number that is no entity's, and its changes.
+struct number {
+    int value, alive; // changes that are not finished
+    int done;         // of the last that was
+};
+struct number_change {
+    struct number *of;
+    int other;
+    uint64_t bytes;
+};
+
+static void number_exchange(void *change, bool forward)
+{
+    struct number_change *c = change;
+    int now = c->of->value;
+    NG_UNUSED(forward);
+    c->of->value = c->other;
+    c->other = now;
+}
+
+static void number_finish(void *change, bool done)
+{
+    struct number_change *c = change;
+    c->of->alive--;
+    c->of->done = done;
+    free(c);
+}
+
+static uint64_t number_bytes(const void *change)
+{
+    return ((const struct number_change *)change)->bytes;
+}
+
+static ng_result number_set(struct ng_world *world, struct number *n, int value, uint64_t bytes)
+{
+    static const struct ng_change_type type = {number_exchange, number_finish, number_bytes};
+    struct number_change *c = malloc(sizeof *c);
+    assert_non_null(c);
+    *c = (struct number_change){.of = n, .other = n->value, .bytes = bytes};
+    ng_result r = ng_world_record(world, &type, c);
+    if (r != NG_OK) {
+        free(c);
+        return r;
+    }
+    n->value = value;
+    n->alive++;
+    return NG_OK;
+}
+
+static void others_take_part_in_history(void **state)
+{
+    struct ng_world *world = *state;
+    struct number n = {0};
+    FAILS(NG_ERROR_USAGE, number_set(world, &n, 1, 0)); // no transaction
+    assert_int_equal(ng_world_transaction(world), 0);
+    OK(ng_world_begin(world, "two"));
+    uint64_t first = ng_world_transaction(world);
+    ng_entity e = point_at(world, 1);
+    OK(number_set(world, &n, 1, 100000));
+    OK(number_set(world, &n, 2, 100000));
+    OK(ng_world_commit(world));
+    assert_true(ng_world_history_bytes(world) >= 200000);
+    OK(ng_world_undo(world));
+    assert_int_equal(n.value, 0);
+    assert_false(ng_entity_alive(world, e));
+    OK(ng_world_redo(world));
+    assert_int_equal(n.value, 2);
+    OK(ng_world_begin(world, "never mind"));
+    assert_true(ng_world_transaction(world) > first);
+    OK(number_set(world, &n, 3, 0));
+    OK(ng_world_cancel(world));
+    assert_int_equal(n.value, 2);
+    assert_int_equal(n.alive, 2);
+    assert_false(n.done);
+    // Too many bytes: the oldest go, the newest stays whatever it holds.
+    ng_world_limit_history(world, 500000);
+    for (int i = 0; i < 3; i++) {
+        OK(ng_world_begin(world, "large"));
+        OK(number_set(world, &n, 10 + i, i < 2 ? 200000 : 900000));
+        OK(ng_world_commit(world));
+        assert_int_equal(n.alive, 3 - i);
+    }
+    assert_true(n.done);
+    OK(ng_world_undo(world));
+    assert_int_equal(n.value, 11);
+    FAILS(NG_ERROR_NOT_FOUND, ng_world_undo(world));
+    ng_world_limit_history(world, 0);
+    ng_world_clear_history(world);
+    assert_int_equal(n.alive, 0);
+    assert_false(n.done);
+    assert_int_equal(ng_world_history_bytes(world), 0);
+}
+
 static void undo_passes_over_what_is_gone(void **state)
 {
     struct ng_world *world = *state;
@@ -742,6 +835,7 @@ int main(void)
         TEST(redo_repeats_every_step),
         TEST(cancel_takes_everything_back),
         TEST(history_is_checked_and_bounded),
+        TEST(others_take_part_in_history),
         TEST(undo_passes_over_what_is_gone),
         TEST(phases_run_in_order),
         TEST(bookkeeping_is_small),
