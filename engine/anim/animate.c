@@ -2,7 +2,8 @@
 // on one field is a slot. A frame samples and blends slot by slot on the jobs, each into its own value, then
 // writes, in order and on one thread, the values that differ from the world's.
 //
-// The plan is made again when the list of playing animations (their entities and clips) changes.
+// The plan is made again when the list of playing animations (their entities, clips and the clips' revisions)
+// changes.
 #include "anim/animate.h"
 
 #include "anim/sample.h"
@@ -98,6 +99,7 @@ static uint64_t plan_of(const struct ng_animator *a)
         const struct player *player = &a->players.items[i];
         hash = ng_hash_combine(hash, player->entity.id);
         hash = ng_hash_combine(hash, player->animation.clip.id);
+        hash = ng_hash_combine(hash, player->clip->revision);
         hash = ng_hash_combine(hash, (uint64_t)(uintptr_t)player->clip);
     }
     return hash;

@@ -12,8 +12,8 @@ struct ng_animator;
 struct ng_jobs;
 struct ng_world;
 
-// Where clips come from; null if there is none of this id. Called from one thread. A clip must not change
-// while an animator plays it.
+// Where clips come from; null if there is none of this id. Called from one thread. A clip that changes gets
+// another revision, as in an asset store (asset/assets.h).
 typedef const struct ng_clip *(*ng_clip_lookup)(const void *user, ng_asset clip);
 
 struct ng_animate_params {
@@ -25,7 +25,7 @@ struct ng_animate_params {
 };
 
 // The animator keeps which channel drives which field from frame to frame, and works that out again only when
-// an animation starts, stops or changes its clip.
+// an animation starts, stops or changes its clip, or the clip is edited.
 // Destroy it before its world.
 NG_NODISCARD ng_result ng_animator_create(struct ng_animator **out);
 void ng_animator_destroy(struct ng_animator **animator);

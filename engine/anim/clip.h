@@ -22,7 +22,8 @@ struct ng_channel {
 struct ng_clip {
     uint32_t channel_count;
     struct ng_channel *channels;
-    float duration; // the last key of any channel
+    float duration;    // the last key of any channel
+    uint64_t revision; // the asset store's: another number whenever anything in the clip is different
 };
 
 #endif

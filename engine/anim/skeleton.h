@@ -4,6 +4,7 @@
 
 #include "scene/entity.h"
 
+// Never changes: another skeleton is another asset.
 struct ng_skeleton {
     uint32_t joint_count;
     ng_entity *joints;   // entities whose placements move the skin

@@ -1,5 +1,6 @@
 // Triangles as a cage: vertices at equal positions are joined, so that seams of normals and UVs do not tear
-// the surface; the UVs become face-varying.
+// the surface; the UVs become face-varying. Positions at rest decide, so that points which are edited do not
+// change the topology.
 #include "asset/geometry.h"
 #include "asset/refiner.h"
 #include "base/hash.h"
@@ -23,12 +24,13 @@ static bool same_position(const float *a, const float *b)
 // joined[vertex] = number of its position; c->positions and c->vertex_map get one entry a position.
 static bool join_vertices(const struct ng_geometry *g, struct ng_cage *c, uint32_t *joined)
 {
+    const float *rest = g->rest_positions ? g->rest_positions : g->positions;
     size_t slots = 16;
     while (slots < (size_t)g->vertex_count * 2)
         slots *= 2;
     uint32_t *table = calloc(slots, sizeof *table); // number of a position + 1, 0: free
     for (uint32_t i = 0; table && i < g->vertex_count; i++) {
-        const float *p = g->positions + i * (size_t)3;
+        const float *p = rest + i * (size_t)3;
         size_t at = (size_t)hash_position(p) & (slots - 1);
         while (table[at] && !same_position(c->positions + (table[at] - 1) * (size_t)3, p))
             at = (at + 1) & (slots - 1);
@@ -60,28 +62,38 @@ static void copy_faces(const struct ng_geometry *g, const uint32_t *joined, stru
     }
 }
 
-ng_result ng_cage_from_geometry(const struct ng_geometry *g, struct ng_cage **out)
+static bool allocate(const struct ng_geometry *g, struct ng_cage *c)
+{
+    c->positions = malloc((size_t)g->vertex_count * 12 + 1);
+    c->rest_positions = malloc((size_t)g->vertex_count * 12 + 1);
+    c->vertex_map = malloc((size_t)g->vertex_count * 4 + 1);
+    c->face_sizes = malloc((size_t)g->index_count * 4 + 1);
+    c->face_indices = malloc((size_t)g->index_count * 4 + 1);
+    c->face_uvs = malloc((size_t)g->index_count * 8 + 1);
+    return c->positions && c->rest_positions && c->vertex_map && c->face_sizes && c->face_indices &&
+           c->face_uvs;
+}
+
+ng_result ng_cage_from_geometry(const struct ng_geometry *g, struct ng_cage *out)
 {
     NG_REQUIRE(g->uvs, "the geometry must be complete (ng_geometry_complete)");
-    struct ng_cage *c = calloc(1, sizeof *c);
     uint32_t *joined = malloc((size_t)g->vertex_count * 4 + 1);
-    bool ok = c && joined;
+    *out = (struct ng_cage){0};
+    bool ok = allocate(g, out) && joined && join_vertices(g, out, joined);
     if (ok) {
-        c->positions = malloc((size_t)g->vertex_count * 12 + 1);
-        c->vertex_map = malloc((size_t)g->vertex_count * 4 + 1);
-        c->face_sizes = malloc((size_t)g->index_count * 4 + 1);
-        c->face_indices = malloc((size_t)g->index_count * 4 + 1);
-        c->face_uvs = malloc((size_t)g->index_count * 8 + 1);
-        ok = c->positions && c->vertex_map && c->face_sizes && c->face_indices && c->face_uvs &&
-             join_vertices(g, c, joined);
-    }
-    if (ok)
-        copy_faces(g, joined, c);
-    else
+        copy_faces(g, joined, out);
+        memcpy(out->rest_positions, out->positions, (size_t)out->vertex_count * 12);
+        ng_cage_follow_geometry(out, g);
+    } else {
         ng_log_error("out of memory for a cage of %u vertices", g->vertex_count);
+        ng_cage_finish(out);
+    }
     free(joined);
-    if (!ok)
-        ng_cage_free(&c);
-    *out = c;
     return ok ? NG_OK : NG_ERROR_MEMORY;
+}
+
+void ng_cage_follow_geometry(struct ng_cage *cage, const struct ng_geometry *g)
+{
+    for (size_t i = 0; i < cage->vertex_count; i++)
+        memcpy(cage->positions + i * 3, g->positions + cage->vertex_map[i] * (size_t)3, 12);
 }

@@ -1,5 +1,7 @@
-// Normals first (they may split vertices), then UVs, then tangents from both, then the bounds.
+// Completion: normals first (they may split vertices), then UVs, then tangents from both, then the bounds.
 #include "asset/geometry.h"
+#include "asset/content_internal.h"
+#include "base/hash.h"
 #include "base/log.h"
 
 #include <cglm/cglm.h>
@@ -8,50 +10,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-void ng_cage_free(struct ng_cage **cage)
+void ng_cage_finish(struct ng_cage *cage)
 {
-    struct ng_cage *c = *cage;
-    if (!c)
-        return;
-    free(c->positions);
-    free(c->face_sizes);
-    free(c->face_indices);
-    free(c->face_uvs);
-    free(c->crease_edges);
-    free(c->crease_sharpness);
-    free(c->corners);
-    free(c->corner_sharpness);
-    free(c->vertex_map);
-    free(c);
-    *cage = NULL;
+    union ng_content c = {.cage = *cage};
+    ng_content_finish(NG_ASSET_CAGE, &c);
+    *cage = (struct ng_cage){0};
 }
 
 void ng_geometry_finish(struct ng_geometry *g)
 {
-    free(g->positions);
-    free(g->normals);
-    free(g->tangents);
-    free(g->uvs);
-    free(g->joints);
-    free(g->weights);
-    free(g->indices);
-    ng_cage_free(&g->cage);
+    union ng_content c = {.geometry = *g};
+    ng_content_finish(NG_ASSET_GEOMETRY, &c);
     *g = (struct ng_geometry){0};
-}
-
-static size_t cage_size(const struct ng_cage *c)
-{
-    size_t size = c->vertex_count * (size_t)12 + c->face_count * (size_t)4 + c->index_count * (size_t)4;
-    size += c->crease_count * (size_t)12 + c->corner_count * (size_t)8;
-    size += c->face_uvs ? c->index_count * (size_t)8 : 0;
-    return size + (c->vertex_map ? c->vertex_count * (size_t)4 : 0);
 }
 
 size_t ng_geometry_size(const struct ng_geometry *g)
 {
-    size_t vertex = 12u + (g->normals ? 12u : 0u) + (g->tangents ? 16u : 0u) + (g->uvs ? 8u : 0u);
-    vertex += (g->joints ? 8u : 0u) + (g->weights ? 16u : 0u);
-    return g->vertex_count * vertex + g->index_count * (size_t)4 + (g->cage ? cage_size(g->cage) : 0);
+    const union ng_content c = {.geometry = *g};
+    return ng_content_size(NG_ASSET_GEOMETRY, &c);
 }
 
 // One element per index instead of one per vertex.
@@ -70,18 +46,18 @@ static bool unshare(void *array, size_t size, const struct ng_geometry *g)
     return true;
 }
 
-// Where each old vertex first went; a cage's vertex that maps to an unused one keeps vertex 0's.
-static bool remap_cage(struct ng_geometry *g)
+// Where each old vertex first goes; a cage's vertex that maps to an unused one keeps vertex 0's.
+bool ng_geometry_split_map(const struct ng_geometry *g, struct ng_cage *cage)
 {
-    if (!g->cage || !g->cage->vertex_map)
+    if (g->normals || !cage->vertex_map)
         return true;
     uint32_t *first = calloc((size_t)g->vertex_count + 1, sizeof *first);
     if (!first)
         return false;
     for (uint32_t i = g->index_count; i-- > 0;)
         first[g->indices[i]] = i;
-    for (uint32_t i = 0; i < g->cage->vertex_count; i++)
-        g->cage->vertex_map[i] = first[g->cage->vertex_map[i]];
+    for (uint32_t i = 0; i < cage->vertex_count; i++)
+        cage->vertex_map[i] = first[cage->vertex_map[i]];
     free(first);
     return true;
 }
@@ -89,7 +65,7 @@ static bool remap_cage(struct ng_geometry *g)
 static bool split_vertices(struct ng_geometry *g)
 {
     if (!unshare(&g->positions, 12, g) || !unshare(&g->tangents, 16, g) || !unshare(&g->uvs, 8, g) ||
-        !unshare(&g->joints, 8, g) || !unshare(&g->weights, 16, g) || !remap_cage(g))
+        !unshare(&g->joints, 8, g) || !unshare(&g->weights, 16, g))
         return false;
     g->vertex_count = g->index_count;
     for (uint32_t i = 0; i < g->index_count; i++)
@@ -146,12 +122,12 @@ static bool uv_directions(const struct ng_geometry *g, const uint32_t *tri, vec3
     return true;
 }
 
-static float corner_angle(const struct ng_geometry *g, const uint32_t *tri, uint32_t corner)
+static float corner_angle(const float *positions, const uint32_t *tri, uint32_t corner)
 {
     vec3 a, b;
-    float *p = g->positions + tri[corner] * (size_t)3;
-    glm_vec3_sub(g->positions + tri[(corner + 1) % 3] * (size_t)3, p, a);
-    glm_vec3_sub(g->positions + tri[(corner + 2) % 3] * (size_t)3, p, b);
+    float *p = (float *)positions + tri[corner] * (size_t)3;
+    glm_vec3_sub((float *)positions + tri[(corner + 1) % 3] * (size_t)3, p, a);
+    glm_vec3_sub((float *)positions + tri[(corner + 2) % 3] * (size_t)3, p, b);
     glm_vec3_normalize(a);
     glm_vec3_normalize(b);
     return acosf(glm_clamp(glm_vec3_dot(a, b), -1, 1));
@@ -173,6 +149,22 @@ static void finish_tangent(vec3 n, vec3 u_sum, vec3 v_sum, float out[4])
     out[3] = glm_vec3_dot(b, v_sum) > 0 ? -1.0f : 1.0f;
 }
 
+// [vertex_count][2][3]: the directions of u and of v.
+static void add_uv_directions(const struct ng_geometry *g, float (*sums)[2][3])
+{
+    for (size_t i = 0; i < g->index_count; i += 3) {
+        const uint32_t *tri = g->indices + i;
+        vec3 u_dir, v_dir;
+        if (!uv_directions(g, tri, u_dir, v_dir))
+            continue;
+        for (uint32_t c = 0; c < 3; c++) {
+            float angle = corner_angle(g->positions, tri, c);
+            glm_vec3_muladds(u_dir, angle, sums[tri[c]][0]);
+            glm_vec3_muladds(v_dir, angle, sums[tri[c]][1]);
+        }
+    }
+}
+
 static bool make_tangents(struct ng_geometry *g)
 {
     g->tangents = malloc((size_t)g->vertex_count * 16 + 1);
@@ -181,17 +173,7 @@ static bool make_tangents(struct ng_geometry *g)
         free(sums);
         return false;
     }
-    for (size_t i = 0; i < g->index_count; i += 3) {
-        const uint32_t *tri = g->indices + i;
-        vec3 u_dir, v_dir;
-        if (!uv_directions(g, tri, u_dir, v_dir))
-            continue;
-        for (uint32_t c = 0; c < 3; c++) {
-            float angle = corner_angle(g, tri, c);
-            glm_vec3_muladds(u_dir, angle, sums[tri[c]][0]);
-            glm_vec3_muladds(v_dir, angle, sums[tri[c]][1]);
-        }
-    }
+    add_uv_directions(g, sums);
     for (size_t i = 0; i < g->vertex_count; i++)
         finish_tangent(g->normals + i * 3, sums[i][0], sums[i][1], g->tangents + i * 4);
     free(sums);
@@ -219,6 +201,128 @@ ng_result ng_geometry_complete(struct ng_geometry *g)
     if (!ok) {
         ng_log_error("geometry: out of memory for %u vertices", g->vertex_count);
         return NG_ERROR_MEMORY;
+    }
+    set_bounds(g);
+    return NG_OK;
+}
+
+// ---- points that move ------------------------------------------------------------------------------------
+void ng_geometry_scratch_finish(struct ng_geometry_scratch *scratch)
+{
+    ng_array_finish(&scratch->words);
+    ng_array_finish(&scratch->sums);
+}
+
+// What a pass over the triangles needs, by vertex.
+struct follow {
+    uint32_t *group;    // the first vertex that is the same smooth point: one place and one normal at rest
+    uint32_t *moved;    // 1: a corner of a triangle around it, or around its group, moved
+    uint32_t *table;    // of hashes: a vertex + 1, 0: free
+    size_t slots;       // a power of two
+    float (*now)[3];    // by group: the sum of the normals around it
+    float (*rest)[3];   // the same at rest
+    float (*uvs)[2][3]; // sums of add_uv_directions
+};
+
+static bool make_follow(const struct ng_geometry *g, struct ng_geometry_scratch *scratch, struct follow *f)
+{
+    size_t n = g->vertex_count;
+    f->slots = 16;
+    while (f->slots < n * 2)
+        f->slots *= 2;
+    if (!ng_array_resize(&scratch->words, n * 2 + f->slots) || !ng_array_resize(&scratch->sums, n * 12 + 1))
+        return false;
+    memset(scratch->words.items, 0, scratch->words.count * sizeof *scratch->words.items);
+    memset(scratch->sums.items, 0, scratch->sums.count * sizeof *scratch->sums.items);
+    f->group = scratch->words.items;
+    f->moved = f->group + n;
+    f->table = f->moved + n;
+    f->now = (float(*)[3])scratch->sums.items;
+    f->rest = f->now + n;
+    f->uvs = (float(*)[2][3])(f->rest + n);
+    return true;
+}
+
+static void find_groups(const struct ng_geometry *g, struct follow *f)
+{
+    for (uint32_t i = 0; i < g->vertex_count; i++) {
+        const float *p = g->rest_positions + i * (size_t)3, *n = g->rest_normals + i * (size_t)3;
+        size_t at = (size_t)ng_hash_bytes(ng_hash_bytes(0, p, 12), n, 12) & (f->slots - 1);
+        for (; f->table[at]; at = (at + 1) & (f->slots - 1)) {
+            size_t other = (f->table[at] - 1) * (size_t)3;
+            if (memcmp(g->rest_positions + other, p, 12) == 0 && memcmp(g->rest_normals + other, n, 12) == 0)
+                break;
+        }
+        if (!f->table[at])
+            f->table[at] = i + 1;
+        f->group[i] = f->table[at] - 1;
+    }
+}
+
+static void add_normals(const float *positions, const uint32_t *tri, const uint32_t *group, float (*sums)[3])
+{
+    vec3 a, b, n;
+    float *p = (float *)positions + tri[0] * (size_t)3;
+    glm_vec3_sub((float *)positions + tri[1] * (size_t)3, p, a);
+    glm_vec3_sub((float *)positions + tri[2] * (size_t)3, p, b);
+    glm_vec3_cross(a, b, n);
+    float length = glm_vec3_norm(n);
+    if (!(length > 0) || !isfinite(length))
+        return;
+    for (uint32_t c = 0; c < 3; c++)
+        glm_vec3_muladds(n, corner_angle(positions, tri, c) / length, sums[group[tri[c]]]);
+}
+
+static bool has_moved(const struct ng_geometry *g, uint32_t vertex)
+{
+    return memcmp(g->positions + vertex * (size_t)3, g->rest_positions + vertex * (size_t)3, 12) != 0;
+}
+
+static void add_triangles(const struct ng_geometry *g, struct follow *f)
+{
+    for (size_t i = 0; i < g->index_count; i += 3) {
+        const uint32_t *tri = g->indices + i;
+        add_normals(g->positions, tri, f->group, f->now);
+        add_normals(g->rest_positions, tri, f->group, f->rest);
+        if (has_moved(g, tri[0]) || has_moved(g, tri[1]) || has_moved(g, tri[2]))
+            for (uint32_t c = 0; c < 3; c++)
+                f->moved[f->group[tri[c]]] = 1;
+    }
+}
+
+// The normal at rest, turned as much as the mean of the triangles around it.
+static void turn_normal(const struct ng_geometry *g, const struct follow *f, size_t vertex)
+{
+    vec3 now, rest, n;
+    float *out = g->normals + vertex * 3;
+    glm_vec3_normalize_to(f->now[f->group[vertex]], now);
+    glm_vec3_normalize_to(f->rest[f->group[vertex]], rest);
+    glm_vec3_sub(now, rest, n);
+    glm_vec3_add(n, g->rest_normals + vertex * 3, n);
+    float length = glm_vec3_norm(n);
+    if (length > 1e-6f && isfinite(length))
+        glm_vec3_scale(n, 1 / length, out);
+    else // turned around; where there are no triangles with an area nothing is seen
+        glm_vec3_copy(glm_vec3_norm2(now) > 0 ? now : g->rest_normals + vertex * 3, out);
+}
+
+ng_result ng_geometry_follow_points(struct ng_geometry *g, struct ng_geometry_scratch *scratch)
+{
+    struct follow f;
+    if (!g->rest_positions)
+        return NG_OK;
+    if (!make_follow(g, scratch, &f))
+        return ng_out_of_memory("a geometry");
+    find_groups(g, &f);
+    add_triangles(g, &f);
+    add_uv_directions(g, f.uvs);
+    memcpy(g->normals, g->rest_normals, g->vertex_count * (size_t)12);
+    memcpy(g->tangents, g->rest_tangents, g->vertex_count * (size_t)16);
+    for (size_t i = 0; i < g->vertex_count; i++) {
+        if (!f.moved[f.group[i]])
+            continue;
+        turn_normal(g, &f, i);
+        finish_tangent(g->normals + i * 3, f.uvs[i][0], f.uvs[i][1], g->tangents + i * 4);
     }
     set_bounds(g);
     return NG_OK;

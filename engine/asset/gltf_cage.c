@@ -115,9 +115,8 @@ static ng_result check_cage(struct gltf_loader *l, const char *where, const stru
 }
 
 static ng_result read_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
-                           struct ng_geometry *g)
+                           const struct ng_geometry *g, struct ng_cage *c)
 {
-    struct ng_cage *c = g->cage;
     if (cage->kind != GLTF_OBJECT)
         return ng_gltf_error(l, "%s: cage is not an object", where);
     NG_TRY(check_members(l, where, cage));
@@ -127,21 +126,17 @@ static ng_result read_cage(struct gltf_loader *l, const char *where, const struc
     return check_cage(l, where, c);
 }
 
-// A cage that is wrong costs the subdivision, not the scene: an empty one takes its place.
+// A cage that is wrong costs the subdivision, not the scene.
 ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
-                       struct ng_geometry *g)
+                       const struct ng_geometry *g, struct ng_cage *out)
 {
-    g->cage = calloc(1, sizeof *g->cage);
-    if (!g->cage)
-        return ng_out_of_memory(l->path);
     char instead[96];
     snprintf(instead, sizeof instead, "%s is drawn by its triangles", where);
     l->instead = instead;
-    ng_result r = read_cage(l, where, cage, g);
+    ng_result r = read_cage(l, where, cage, g, out);
     l->instead = NULL;
     if (r == NG_OK || r == NG_ERROR_MEMORY)
         return r;
-    ng_cage_free(&g->cage);
-    g->cage = calloc(1, sizeof *g->cage);
-    return g->cage ? NG_OK : ng_out_of_memory(l->path);
+    ng_cage_finish(out);
+    return NG_OK;
 }

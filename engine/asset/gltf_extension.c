@@ -150,6 +150,8 @@ static ng_result read_asset(struct gltf_loader *l, const struct place *p, ng_com
     // What these refer to has its place in the standard part of the file, and is not an image.
     if (component == NG_MESH || component == NG_SKIN || component == NG_ANIMATION || component == NG_MATERIAL)
         return wrong(l, p, "the standard part of the file to say this");
+    if (component == NG_SUBDIVISION)
+        return wrong(l, p, "the primitive's \"cage\" to say this");
     const char *const expected = "{\"texture\": index} or {\"uri\": file}";
     ng_asset asset;
     int texture;

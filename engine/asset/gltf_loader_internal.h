@@ -12,13 +12,16 @@
 struct gltf_shape {
     uint64_t key; // hash of everything that the geometry is made from
     ng_asset geometry;
+    ng_asset cage;        // null: it has none, or it was refused
+    bool has_cage;        // refused or not
     uint32_t joint_limit; // largest joint index used, plus 1; 0: not skinned
 };
 
 struct gltf_instance {
     uint32_t node;
     int skin; // -1: none
-    ng_asset geometry;
+    ng_entity entity;
+    struct gltf_shape shape;
 };
 
 struct gltf_loader {
@@ -115,9 +118,10 @@ NG_NODISCARD ng_result ng_gltf_picture(struct gltf_loader *l, const char *where,
 // ---- gltf_mesh.c, gltf_cage.c ----------------------------------------------------------------------------
 NG_NODISCARD ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive,
                                      struct gltf_shape *out);
-// Reads NG_scene's "cage" into g->cage. `g` is as the file has it, before vertices are split.
+// Reads NG_scene's "cage"; without faces: it was wrong and is refused. `g` is as the file has it, before
+// vertices are split. The caller finishes `out`, also on failure.
 NG_NODISCARD ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
-                                    struct ng_geometry *g);
+                                    const struct ng_geometry *g, struct ng_cage *out);
 
 // ---- gltf_skin.c, gltf_animation.c -----------------------------------------------------------------------
 // The skeleton of a skin, made when it is first asked for; its joints must be nodes of the scene.

@@ -171,17 +171,33 @@ static uint64_t completion_size(const struct ng_geometry *g)
 }
 
 static ng_result build(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
-                       struct ng_geometry *g, uint32_t *joint_limit)
+                       struct ng_geometry *g, struct ng_cage *cage, struct gltf_shape *out)
 {
     NG_TRY(read_surface(l, p, where, g));
-    NG_TRY(read_skinning(l, p, where, g, joint_limit));
+    NG_TRY(read_skinning(l, p, where, g, &out->joint_limit));
     NG_TRY(read_order(l, p, where, g->vertex_count, &g->indices, &g->index_count));
     NG_TRY(make_triangles(l, p, where, g));
-    const struct gltf_value *cage = ng_gltf_member(p->extension, "cage");
-    if (cage)
-        NG_TRY(ng_gltf_cage(l, where, cage, g));
+    const struct gltf_value *member = ng_gltf_member(p->extension, "cage");
+    out->has_cage = member;
+    if (member)
+        NG_TRY(ng_gltf_cage(l, where, member, g, cage));
     NG_TRY(ng_gltf_budget(l, completion_size(g), where));
+    if (!ng_geometry_split_map(g, cage))
+        return ng_out_of_memory(l->path);
     return ng_geometry_complete(g);
+}
+
+// There is room in the list of what was added.
+static ng_result add_assets(struct gltf_loader *l, const char *name, struct ng_geometry *g,
+                            struct ng_cage *cage, struct gltf_shape *out)
+{
+    NG_TRY(ng_assets_take_geometry(l->assets, name, g, &out->geometry));
+    ng_array_push(&l->added, out->geometry);
+    if (!cage->face_count)
+        return NG_OK;
+    NG_TRY(ng_assets_take_cage(l->assets, name, cage, &out->cage));
+    ng_array_push(&l->added, out->cage);
+    return NG_OK;
 }
 
 static ng_result build_shape(struct gltf_loader *l, const struct gltf_primitive *p, const char *name,
@@ -192,18 +208,17 @@ static ng_result build_shape(struct gltf_loader *l, const struct gltf_primitive 
     if (p->target_count)
         ng_gltf_warn(l, &l->warned_morph, "%s: morph targets are ignored", where);
     struct ng_geometry g = {0};
-    ng_result r = build(l, p, where, &g, &out->joint_limit);
-    if (r == NG_OK && !ng_array_reserve(&l->added, l->added.count + 1))
+    struct ng_cage cage = {0};
+    ng_result r = build(l, p, where, &g, &cage, out);
+    if (r == NG_OK && !ng_array_reserve(&l->added, l->added.count + 2))
         r = ng_out_of_memory(l->path);
-    if (r != NG_OK) {
-        ng_geometry_finish(&g);
-        return r;
-    }
     char shown[NG_TEXT_SIZE]; // a mesh's name may be long, and be that of many
     snprintf(shown, sizeof shown, "%.*s", (int)sizeof shown - 1, name[0] ? name : where);
-    NG_TRY(ng_assets_take_geometry(l->assets, shown, &g, &out->geometry));
-    ng_array_push(&l->added, out->geometry);
-    return NG_OK;
+    if (r == NG_OK)
+        r = add_assets(l, shown, &g, &cage, out);
+    ng_geometry_finish(&g); // empty, unless something failed
+    ng_cage_finish(&cage);
+    return r;
 }
 
 static uint64_t hash_value(uint64_t h, const struct gltf_value *v)

@@ -12,6 +12,7 @@
 #include "components/light_spot.h"
 #include "components/mesh.h"
 #include "components/skin.h"
+#include "components/subdivision.h"
 #include "components/transform.h"
 
 #include <cglm/cglm.h>
@@ -219,7 +220,7 @@ static ng_result attach_primitive(struct gltf_loader *l, const char *where, uint
     NG_TRY(ng_gltf_add(l, e, where, NG_MESH, &mesh));
     if (n->skin != -1)
         NG_TRY(attach_skin(l, where, n, &shape, e));
-    struct gltf_instance instance = {.node = node, .skin = n->skin, .geometry = shape.geometry};
+    struct gltf_instance instance = {.node = node, .skin = n->skin, .entity = e, .shape = shape};
     if (!ng_array_push(&l->instances, instance))
         return ng_out_of_memory(l->path);
     l->out.primitive_count++;
@@ -324,6 +325,26 @@ static void note_camera(struct gltf_loader *l, ng_entity e)
         l->out.camera = e;
 }
 
+// Cages of primitives, to be named by the subdivision of their entities. Where one was refused, the triangles
+// are drawn as they are.
+static ng_result attach_cages(struct gltf_loader *l)
+{
+    for (size_t i = 0; i < l->instances.count; i++) {
+        const struct gltf_instance *instance = &l->instances.items[i];
+        if (!instance->shape.has_cage || !ng_world_has(l->world, instance->entity, NG_SUBDIVISION))
+            continue;
+        if (!instance->shape.cage.id) {
+            NG_TRY(ng_world_remove(l->world, instance->entity, NG_SUBDIVISION));
+            continue;
+        }
+        struct ng_subdivision *subdivision = ng_world_edit(l->world, instance->entity, NG_SUBDIVISION);
+        if (!subdivision)
+            return NG_ERROR_MEMORY;
+        subdivision->cage = instance->shape.cage;
+    }
+    return NG_OK;
+}
+
 ng_result ng_gltf_attachments(struct gltf_loader *l)
 {
     for (uint32_t i = 0; i < l->order_count; i++) {
@@ -335,6 +356,7 @@ ng_result ng_gltf_attachments(struct gltf_loader *l)
         NG_TRY(attach_light(l, where, node));
         NG_TRY(ng_gltf_components(l, l->nodes[node], where, l->doc->nodes[node].extension, NULL));
     }
+    NG_TRY(attach_cages(l));
     ng_entity top = l->out.root;
     for (ng_entity e = top; !ng_entity_is_null(e); e = ng_world_next_below(l->world, top, e)) {
         count_light(l, e);

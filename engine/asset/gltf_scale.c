@@ -124,8 +124,8 @@ static void each_joint(const struct gltf_loader *l, const struct gltf_instance *
 static int compare_instances(const void *a, const void *b)
 {
     const struct gltf_instance *x = a, *y = b;
-    if (x->geometry.id != y->geometry.id)
-        return x->geometry.id < y->geometry.id ? -1 : 1;
+    if (x->shape.geometry.id != y->shape.geometry.id)
+        return x->shape.geometry.id < y->shape.geometry.id ? -1 : 1;
     return (x->skin > y->skin) - (x->skin < y->skin);
 }
 
@@ -135,12 +135,12 @@ static void each_box(const struct gltf_loader *l, mat4 *world, struct joints *jo
 {
     for (size_t n = 0; n < l->instances.count; n++) {
         const struct gltf_instance *instance = &l->instances.items[n], *last = n ? instance - 1 : NULL;
-        const struct ng_geometry *g = ng_assets_geometry(l->assets, instance->geometry);
+        const struct ng_geometry *g = ng_assets_geometry(l->assets, instance->shape.geometry);
         if (instance->skin < 0) {
             each_corner(g, world[instance->node], b, grow);
             continue;
         }
-        if (!last || last->geometry.id != instance->geometry.id || last->skin < 0)
+        if (!last || last->shape.geometry.id != instance->shape.geometry.id || last->skin < 0)
             find_joints(g, joints);
         else if (last->skin == instance->skin)
             continue;

@@ -277,6 +277,18 @@ static void reduce(const struct reduction *r)
     }
 }
 
+void ng_image_update_mips(struct ng_image *image)
+{
+    struct reduction r = {.format = image->format};
+    make_codes(image->format == NG_PIXEL_RGBA8_SRGB, &r.color);
+    make_codes(false, &r.alpha);
+    for (uint32_t level = 1; level < image->levels; level++) {
+        r.from = ng_image_level(image, level - 1, &r.from_width, &r.from_height);
+        r.to = ng_image_level(image, level, NULL, NULL);
+        reduce(&r);
+    }
+}
+
 ng_result ng_image_make_mips(struct ng_image *image)
 {
     NG_REQUIRE(image->pixels && image->levels == 1, "the image must have one level");
@@ -287,14 +299,7 @@ ng_result ng_image_make_mips(struct ng_image *image)
         ng_log_error("out of memory for the mip maps of %u x %u pixels", image->width, image->height);
         return NG_ERROR_MEMORY;
     }
-    struct reduction r = {.format = image->format};
-    make_codes(image->format == NG_PIXEL_RGBA8_SRGB, &r.color);
-    make_codes(false, &r.alpha);
-    for (uint32_t level = 1; level < full.levels; level++) {
-        r.from = ng_image_level(&full, level - 1, &r.from_width, &r.from_height);
-        r.to = ng_image_level(&full, level, NULL, NULL);
-        reduce(&r);
-    }
     *image = full;
+    ng_image_update_mips(image);
     return NG_OK;
 }

@@ -29,6 +29,8 @@ uint32_t ng_pixel_size(enum ng_pixel_format format); // bytes
 // Replaces a single-level image by one with all mips down to 1x1: a box filter in linear light, with texels
 // of odd sizes weighted by the area they cover.
 NG_NODISCARD ng_result ng_image_make_mips(struct ng_image *image);
+// The same for the levels that an image has, from its level 0.
+void ng_image_update_mips(struct ng_image *image);
 
 NG_EXTERN_C_END
 

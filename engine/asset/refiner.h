@@ -72,9 +72,12 @@ struct ng_refiner_vertices {
 // Different refiners, and one refiner with different outputs, may be used from different threads.
 void ng_refiner_apply(const struct ng_refiner *r, struct ng_jobs *jobs, const struct ng_refiner_vertices *v);
 
-// A cage for geometry that came without one: its triangles, with vertices at equal positions joined.
-// `*out` is from malloc, with all its arrays; ng_cage_free (asset/geometry.h) releases it.
-NG_NODISCARD ng_result ng_cage_from_geometry(const struct ng_geometry *g, struct ng_cage **out);
+// A cage for geometry that came without one: its triangles, with vertices joined that are (at rest) in one
+// place. Of these the first, named by `vertex_map`, says where the cage's vertex is. It has positions at
+// rest, too. The caller owns the arrays (malloc; ng_cage_finish in asset/geometry.h).
+NG_NODISCARD ng_result ng_cage_from_geometry(const struct ng_geometry *g, struct ng_cage *out);
+// Its vertices again, where points of the geometry have moved since.
+void ng_cage_follow_geometry(struct ng_cage *cage, const struct ng_geometry *g);
 
 NG_EXTERN_C_END
 

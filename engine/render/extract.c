@@ -74,6 +74,11 @@ void ng_extractor_destroy(struct ng_extractor **extractor)
     free(x);
 }
 
+struct ng_extract_stats ng_extractor_stats_of(const struct ng_extractor *x)
+{
+    return x->stats;
+}
+
 // ---- what is there ---------------------------------------------------------------------------------------
 static ng_result query_of(struct ng_world *world, ng_component first, ng_component second,
                           struct ng_query **out)
@@ -262,6 +267,7 @@ static void forget(struct ng_extractor *x)
     x->moved.count = x->records.count = 0;
     ng_index_map_clear(&x->piece_of);
     x->counts = (struct ng_extract_counts){0};
+    x->assets_revision = (struct ng_asset_revision){0};
     x->since = 0;
     x->image_list_dirty = true;
 }
@@ -286,16 +292,19 @@ static void publish(struct ng_extractor *x, double time)
 static ng_result update(struct ng_extractor *x)
 {
     struct ng_extract_counts counts = count_all(x);
-    uint64_t revision = ng_assets_revision(x->assets);
-    bool assets_changed = revision != x->assets_revision, lights_listed, materials_listed;
+    struct ng_asset_revision revision = ng_assets_latest(x->assets);
+    bool assets_changed = revision.content != x->assets_revision.content, lights_listed, materials_listed;
+    bool others = revision.topology != x->assets_revision.topology;
     read_scale(x);
     NG_TRY(ng_extract_list_lights(x, counts.lights != x->counts.lights, &lights_listed));
     NG_TRY(ng_extract_read_materials(x, counts.materials != x->counts.materials, assets_changed,
                                      &materials_listed));
-    if (lights_listed || materials_listed || assets_changed || parts_changed(x, &counts))
+    if (assets_changed)
+        NG_TRY(ng_extract_follow_shapes(x));
+    if (lights_listed || materials_listed || others || parts_changed(x, &counts))
         NG_TRY(ng_extract_list_pieces(x));
     else
-        NG_TRY(ng_extract_follow_pieces(x));
+        NG_TRY(ng_extract_follow_pieces(x, assets_changed));
     NG_TRY(ng_extract_pose(x));
     guess_scale(x);
     NG_TRY(ng_extract_update_lights(x, lights_listed));

@@ -39,6 +39,13 @@ struct ng_extract_params {
 NG_NODISCARD ng_result ng_extractor_create(struct ng_extractor **out);
 void ng_extractor_destroy(struct ng_extractor **extractor);
 
+// What extractions had to do so far, for tests and benchmarks.
+struct ng_extract_stats {
+    uint64_t topologies; // of subdivision cages that were worked out
+    uint64_t refined;    // shapes that were refined from the points of their cage
+};
+struct ng_extract_stats ng_extractor_stats_of(const struct ng_extractor *x);
+
 // `*out` and everything in it belong to the extractor and are valid until its next extraction. Errors,
 // logged: NG_ERROR_NOT_FOUND (no camera of that name; a world without any camera gets a default view of the
 // scene), NG_ERROR_MEMORY. Things that only degrade the picture (missing geometry, an emitter without a

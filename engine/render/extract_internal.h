@@ -18,13 +18,15 @@
 // ---- shapes: triangles in object space, shared by instances ----------------------------------------------
 struct ng_shape {
     uint64_t hash; // of what it was made from
-    ng_asset geometry;
-    const struct ng_geometry *source; // null: one of the engine's own
+    ng_asset geometry, cage_id;
+    struct ng_asset_revision of_geometry, of_cage; // that it shows
+    const struct ng_geometry *source;              // null: one of the engine's own
     struct ng_snapshot_mesh mesh;
     struct ng_refiner *refiner; // of subdivided shapes; else null
-    struct ng_cage *made_cage;  // where the geometry had none
+    struct ng_cage made_cage;   // where none is named
     const struct ng_cage *cage;
     float *memory;          // vertices of refined and of the engine's own shapes
+    float *rest;            // of refined ones: positions at rest, once they differ
     uint32_t *own_indices;  // of the engine's own
     uint16_t *cage_joints;  // of skinned cages: [cage vertex_count][4]
     float *cage_weights;    // [cage vertex_count][4]
@@ -47,8 +49,9 @@ struct ng_pose {
 // A mesh that follows joints: world-space vertices of its own.
 struct ng_skinned {
     struct ng_pose *pose;
-    uint64_t posed; // version of the pose that it was last skinned with; 0: never
-    float *cage;    // skinned control points of a subdivided mesh
+    uint64_t posed;          // version of the pose that it was last skinned with; 0: never
+    uint64_t posed_revision; // of the shape, then
+    float *cage;             // skinned control points of a subdivided mesh
     float *positions[2], *normals, *tangents;
     float *memory; // all of the above
     int now;       // which positions are the current ones
@@ -58,7 +61,8 @@ struct ng_skinned {
 struct ng_piece {
     ng_entity entity, material;
     struct ng_shape *shape;
-    uint64_t shape_key;  // its mesh's key, which outlives it
+    uint64_t shape_key; // its mesh's key, which outlives it
+    uint64_t shape_revision;
     uint64_t reflection; // revisions of the material that it shows; of emission 0 where a light tells it
     uint64_t emission;
     struct ng_skinned *skin; // null: rigid
@@ -70,9 +74,9 @@ enum { NG_SHAPE_BUILTIN = NG_LIGHT_SHAPE_MESH }; // how many shapes of emitters 
 struct ng_light_slot {
     ng_entity entity;
     struct ng_light_source source;
-    ng_asset image;     // texture or map that the source was prepared with
-    const void *texels; // its pixels
-    uint64_t version;   // of the light; 0: not prepared yet
+    ng_asset image;          // texture or map that the source was prepared with
+    uint64_t image_revision; // 0: it is missing
+    uint64_t version;        // of the light; 0: not prepared yet
     uint64_t unit_version;
     uint64_t piece_version; // mesh lights: of the instance that the triangles are of
     NG_ARRAY(float) triangles;
@@ -87,10 +91,13 @@ struct ng_light_slot {
     float power;
 };
 
+enum { NG_MATERIAL_IMAGES = 4 }; // the last is what is emitted
+
 struct ng_material_record {
-    ng_entity entity;              // null: the default material
-    struct ng_material value;      // textures that are missing are null
-    uint64_t reflection, emission; // revisions: equal ones, of any records, mean that it looks the same
+    ng_entity entity;                    // null: the default material
+    struct ng_material value;            // textures that are missing are null
+    uint64_t images[NG_MATERIAL_IMAGES]; // revisions of their contents
+    uint64_t reflection, emission;       // revisions: equal ones, of any records, mean that it looks the same
 };
 
 // Numbers that move when entities come and go, or change what they have.
@@ -102,9 +109,10 @@ struct ng_extractor {
     struct ng_world *world;
     const struct ng_assets *assets;
     struct ng_jobs *jobs;
-    uint32_t since; // tick of the previous extraction
-    uint64_t clock; // source of keys, revisions and versions
-    uint64_t assets_revision;
+    uint32_t since;                           // tick of the previous extraction
+    uint64_t clock;                           // source of keys, revisions and versions
+    struct ng_asset_revision assets_revision; // of the store
+    struct ng_extract_stats stats;
     uint64_t frames; // extractions so far
     struct ng_extract_counts counts;
 
@@ -154,14 +162,16 @@ struct ng_extractor {
 NG_NODISCARD ng_result ng_extract_make_builtin(struct ng_extractor *x);
 // The shape of a mesh entity; null (after one warning) where its geometry is missing or cannot be refined.
 NG_NODISCARD ng_result ng_extract_shape(struct ng_extractor *x, ng_entity e, struct ng_shape **out);
+// Takes in points that were edited. Shapes whose topology was are left to ng_extract_mark_shapes.
+NG_NODISCARD ng_result ng_extract_follow_shapes(struct ng_extractor *x);
 // Drops shapes that no piece used since the mark, numbers the others.
 void ng_extract_mark_shapes(struct ng_extractor *x);
 void ng_extract_sweep_shapes(struct ng_extractor *x);
 void ng_extract_finish_shapes(struct ng_extractor *x);
 
 // ---- extract_materials.c ---------------------------------------------------------------------------------
-// Reads material components that changed. `assets_changed`: textures may have come or gone. `*listed` is set
-// where the list of materials is another.
+// Reads material components that changed. `assets_changed`: textures may be others, or have come or gone.
+// `*listed` is set where the list of materials is another.
 NG_NODISCARD ng_result ng_extract_read_materials(struct ng_extractor *x, bool count_changed,
                                                  bool assets_changed, bool *listed);
 // Index of an entity's material: 0, the default, where it has none.
@@ -178,8 +188,8 @@ void ng_extract_emission(const struct ng_material *m, float out[3]);
 void ng_extract_settle(struct ng_extractor *x);
 // Lists all mesh entities anew; pieces that stay keep their history.
 NG_NODISCARD ng_result ng_extract_list_pieces(struct ng_extractor *x);
-// Follows placements and materials that changed.
-NG_NODISCARD ng_result ng_extract_follow_pieces(struct ng_extractor *x);
+// Follows placements, materials and (`assets_changed`) shapes that changed.
+NG_NODISCARD ng_result ng_extract_follow_pieces(struct ng_extractor *x, bool assets_changed);
 // Marks an instance as changed in this extraction; `index` is its place in the snapshot.
 NG_NODISCARD ng_result ng_extract_touch(struct ng_extractor *x, uint32_t index);
 // The mesh that a piece shows.
@@ -219,6 +229,7 @@ NG_NODISCARD ng_result ng_extract_place_lights(struct ng_extractor *x);
 // True the first time it is asked about an entity (null: the scene) and a kind of warning.
 enum ng_extract_warning {
     NG_WARN_GEOMETRY,
+    NG_WARN_CAGE,
     NG_WARN_SKIN,
     NG_WARN_EMISSION,
     NG_WARN_SPHERE,

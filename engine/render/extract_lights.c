@@ -296,9 +296,10 @@ static ng_result update_source(struct ng_extractor *x, struct ng_light_slot *slo
     if (s->type->emissive_mesh)
         NG_TRY(read_emitter(x, slot, &image, &prepare));
     const struct ng_image *texels = image.id ? ng_assets_image(x->assets, image) : NULL;
-    if (image.id != slot->image.id || (texels ? texels->pixels : NULL) != slot->texels) {
+    uint64_t revision = texels ? ng_assets_revision(x->assets, image).content : 0;
+    if (image.id != slot->image.id || revision != slot->image_revision) {
         slot->image = image;
-        slot->texels = texels ? texels->pixels : NULL;
+        slot->image_revision = revision;
         s->image = light_image(texels);
         prepare = x->image_list_dirty = true;
     }

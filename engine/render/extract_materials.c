@@ -67,13 +67,20 @@ static bool emits_differently(const struct ng_material *a, const struct ng_mater
 // What a record is from now on; its revisions move on where that looks different.
 static void take_value(struct ng_extractor *x, struct ng_material_record *record, struct ng_material value)
 {
-    ng_asset *textures[] = {&value.base_color_texture, &value.metallic_roughness_texture,
-                            &value.normal_texture, &value.emissive_texture};
-    for (size_t i = 0; i < NG_COUNT(textures); i++)
+    ng_asset *textures[NG_MATERIAL_IMAGES] = {&value.base_color_texture, &value.metallic_roughness_texture,
+                                              &value.normal_texture, &value.emissive_texture};
+    uint64_t images[NG_MATERIAL_IMAGES];
+    for (size_t i = 0; i < NG_MATERIAL_IMAGES; i++) {
         if (!ng_assets_image(x->assets, *textures[i]))
             *textures[i] = (ng_asset){0};
-    bool reflects = !record->reflection || ng_extract_reflects_differently(&record->value, &value);
-    bool emits = !record->emission || emits_differently(&record->value, &value);
+        images[i] = ng_assets_revision(x->assets, *textures[i]).content;
+    }
+    const size_t emitted = NG_MATERIAL_IMAGES - 1;
+    bool reflects = !record->reflection || ng_extract_reflects_differently(&record->value, &value) ||
+                    !ng_extract_same(record->images, images, emitted * sizeof *images);
+    bool emits = !record->emission || emits_differently(&record->value, &value) ||
+                 record->images[emitted] != images[emitted];
+    memcpy(record->images, images, sizeof images);
     if (reflects)
         record->reflection = ++x->clock;
     if (emits)
@@ -146,8 +153,10 @@ static ng_result image_index(struct ng_extractor *x, ng_asset id, uint32_t *out)
     if (*out != UINT32_MAX)
         return NG_OK;
     *out = (uint32_t)x->images.count;
-    bool ok = ng_array_push(&x->images, (struct ng_snapshot_image){.key = id.id, .image = image}) &&
-              ng_array_push(&x->image_ids, id) && ng_index_map_set(&x->image_of, id.id, *out);
+    const struct ng_snapshot_image listed = {
+        .key = id.id, .revision = ng_assets_revision(x->assets, id).content, .image = image};
+    bool ok = ng_array_push(&x->images, listed) && ng_array_push(&x->image_ids, id) &&
+              ng_index_map_set(&x->image_of, id.id, *out);
     return ok ? NG_OK : ng_out_of_memory("the frame's scene");
 }
 

@@ -140,6 +140,7 @@ static ng_result shape_pieces(struct ng_extractor *x)
         if (!piece.shape)
             continue;
         piece.shape_key = piece.shape->mesh.key;
+        piece.shape_revision = piece.shape->mesh.revision;
         x->pieces.items[kept++] = piece;
     }
     x->pieces.count = kept;
@@ -214,7 +215,8 @@ static ng_result list_piece(struct ng_extractor *x, uint32_t index, struct ng_pi
     ng_extract_bounds(instance, ng_extract_piece_mesh(piece));
     if (!was || !same_skin)
         memcpy(instance->previous_matrix, instance->matrix, sizeof instance->matrix);
-    bool same = was && same_skin && same_material && old->shape_key == piece->shape_key;
+    bool same = was && same_skin && same_material && old->shape_key == piece->shape_key &&
+                old->shape_revision == piece->shape_revision;
     return same ? NG_OK : ng_extract_touch(x, index);
 }
 
@@ -324,8 +326,28 @@ static ng_result follow_materials(struct ng_extractor *x)
     return NG_OK;
 }
 
-ng_result ng_extract_follow_pieces(struct ng_extractor *x)
+// Pieces whose shape has got other points. Those of skins follow when they are posed.
+static ng_result follow_points(struct ng_extractor *x)
 {
+    for (uint32_t i = 0; i < x->pieces.count; i++) {
+        struct ng_piece *piece = &x->pieces.items[i];
+        struct ng_snapshot_instance *instance = &x->instances.items[i];
+        if (piece->shape_revision == piece->shape->mesh.revision)
+            continue;
+        piece->shape_revision = piece->shape->mesh.revision;
+        if (piece->skin)
+            continue;
+        x->mesh_array.items[instance->mesh] = piece->shape->mesh;
+        ng_extract_bounds(instance, &piece->shape->mesh);
+        NG_TRY(ng_extract_touch(x, i));
+    }
+    return NG_OK;
+}
+
+ng_result ng_extract_follow_pieces(struct ng_extractor *x, bool assets_changed)
+{
+    if (assets_changed)
+        NG_TRY(follow_points(x));
     if (x->materials_changed)
         NG_TRY(follow_materials(x));
     ng_query_each_changed(it, x->placed, x->since)

@@ -20,8 +20,9 @@ static void free_shape(struct ng_shape **shape)
     if (!s)
         return;
     ng_refiner_destroy(&s->refiner);
-    ng_cage_free(&s->made_cage);
+    ng_cage_finish(&s->made_cage);
     free(s->memory);
+    free(s->rest);
     free(s->own_indices);
     free(s->cage_joints);
     free(s->cage_weights);
@@ -166,6 +167,7 @@ static void borrow_geometry(struct ng_shape *s)
     s->mesh.tangents = g->tangents;
     s->mesh.uvs = g->uvs;
     s->mesh.indices = g->indices;
+    s->mesh.rest_positions = g->rest_positions;
     memcpy(s->mesh.bounds_min, g->bounds_min, sizeof g->bounds_min);
     memcpy(s->mesh.bounds_max, g->bounds_max, sizeof g->bounds_max);
 }
@@ -191,19 +193,59 @@ static ng_result map_cage_joints(struct ng_shape *s)
     return NG_OK;
 }
 
+// Where the cage's points are at rest; null: where they are.
+static const float *cage_at_rest(const struct ng_shape *s)
+{
+    bool made = s->cage == &s->made_cage;
+    return made && !s->source->rest_positions ? NULL : s->cage->rest_positions;
+}
+
+// Positions at rest follow from the topology: they are worked out once, when the first point moves.
+static ng_result refine_rest(struct ng_extractor *x, struct ng_shape *s)
+{
+    size_t n = s->mesh.vertex_count;
+    const float *cage = cage_at_rest(s);
+    if (cage && !s->rest) {
+        s->rest = malloc(n * 3 * sizeof(float) + 1);
+        if (!s->rest)
+            return ng_out_of_memory("the frame's scene");
+        struct ng_refiner_vertices rest = {
+            .cage = cage, .positions = s->rest, .normals = s->memory + n * 3}; // which is written again
+        ng_refiner_apply(s->refiner, x->jobs, &rest);
+    }
+    s->mesh.rest_positions = cage ? s->rest : NULL;
+    return NG_OK;
+}
+
+// The vertices of the surface from the points of the cage.
+static ng_result refine_points(struct ng_extractor *x, struct ng_shape *s)
+{
+    size_t n = s->mesh.vertex_count;
+    if (s->cage == &s->made_cage)
+        ng_cage_follow_geometry(&s->made_cage, s->source);
+    NG_TRY(refine_rest(x, s));
+    struct ng_refiner_vertices vertices = {.cage = s->cage->positions,
+                                           .positions = s->memory,
+                                           .normals = s->memory + n * 3,
+                                           .tangents = s->memory + n * 6};
+    ng_refiner_apply(s->refiner, x->jobs, &vertices);
+    x->stats.refined++;
+    find_bounds(&s->mesh);
+    return NG_OK;
+}
+
 static ng_result refine(struct ng_extractor *x, struct ng_shape *s, const struct ng_subdivision *subdivision)
 {
     const char *name = ng_assets_name(x->assets, s->geometry);
     char why[NG_REASON_SIZE];
-    s->cage = s->source->cage;
-    if (s->cage && !s->cage->face_count)
-        return NG_ERROR_FORMAT; // as was said when it was loaded
+    s->cage = ng_assets_cage(x->assets, s->cage_id);
     if (!s->cage) {
         NG_TRY(ng_cage_from_geometry(s->source, &s->made_cage));
-        s->cage = s->made_cage;
+        s->cage = &s->made_cage;
     }
     struct ng_refiner_params params = {
         .name = name, .level = subdivision->level, .boundary = subdivision->boundary};
+    x->stats.topologies++;
     ng_result r = ng_refiner_create(s->cage, &params, why, &s->refiner);
     if (r == NG_ERROR_FORMAT || r == NG_ERROR_UNSUPPORTED)
         ng_log_warn("%s: its cage is not subdivided, its triangles are drawn: %s", name, why);
@@ -213,19 +255,14 @@ static ng_result refine(struct ng_extractor *x, struct ng_shape *s, const struct
     s->memory = calloc(n ? n : 1, 10 * sizeof(float));
     if (!s->memory)
         return ng_out_of_memory("the frame's scene");
-    struct ng_refiner_vertices vertices = {.cage = s->cage->positions,
-                                           .positions = s->memory,
-                                           .normals = s->memory + n * 3,
-                                           .tangents = s->memory + n * 6};
-    ng_refiner_apply(s->refiner, x->jobs, &vertices);
     s->mesh.vertex_count = refined.vertex_count;
     s->mesh.index_count = refined.index_count;
-    s->mesh.positions = vertices.positions;
-    s->mesh.normals = vertices.normals;
-    s->mesh.tangents = vertices.tangents;
+    s->mesh.positions = s->memory;
+    s->mesh.normals = s->memory + n * 3;
+    s->mesh.tangents = s->memory + n * 6;
     s->mesh.uvs = refined.uvs;
     s->mesh.indices = refined.indices;
-    find_bounds(&s->mesh);
+    NG_TRY(refine_points(x, s));
     return map_cage_joints(s);
 }
 
@@ -237,21 +274,30 @@ static uint32_t joints_needed(const struct ng_geometry *g)
     return needed;
 }
 
-static ng_result make_shape(struct ng_extractor *x, ng_asset geometry,
-                            const struct ng_subdivision *subdivision, uint64_t hash, struct ng_shape **out)
+// What a mesh entity is made of.
+struct make {
+    ng_asset geometry, cage;
+    const struct ng_subdivision *subdivision; // null: its triangles as they are
+};
+
+static ng_result make_shape(struct ng_extractor *x, const struct make *m, uint64_t hash,
+                            struct ng_shape **out)
 {
     struct ng_shape *s = calloc(1, sizeof *s);
     if (!s)
         return ng_out_of_memory("the frame's scene");
     s->hash = hash;
     s->used = true;
-    s->geometry = geometry;
-    s->source = ng_assets_geometry(x->assets, geometry);
+    s->geometry = m->geometry;
+    s->cage_id = m->cage;
+    s->of_geometry = ng_assets_revision(x->assets, m->geometry);
+    s->of_cage = ng_assets_revision(x->assets, m->cage);
+    s->source = ng_assets_geometry(x->assets, m->geometry);
     s->joints_needed = joints_needed(s->source);
     ng_result r = NG_OK;
-    if (subdivision)
-        r = refine(x, s, subdivision);
-    if (!subdivision || (r != NG_OK && r != NG_ERROR_MEMORY)) {
+    if (m->subdivision)
+        r = refine(x, s, m->subdivision);
+    if (!m->subdivision || (r != NG_OK && r != NG_ERROR_MEMORY)) {
         // A cage that cannot be refined is shown by its triangles.
         r = NG_OK;
         ng_refiner_destroy(&s->refiner);
@@ -270,10 +316,26 @@ static ng_result make_shape(struct ng_extractor *x, ng_asset geometry,
     return r;
 }
 
+// A cage that is named and is none costs the subdivision.
+static struct make find_parts(struct ng_extractor *x, ng_entity e, const struct ng_mesh *mesh)
+{
+    const struct ng_subdivision *subdivision = ng_world_get(x->world, e, NG_SUBDIVISION);
+    struct make m = {.geometry = mesh->geometry, .subdivision = subdivision};
+    char name[NG_TEXT_SIZE];
+    if (!subdivision || !subdivision->cage.id)
+        return m;
+    m.cage = subdivision->cage;
+    if (ng_assets_cage(x->assets, m.cage))
+        return m;
+    if (ng_extract_warn_once(x, e, NG_WARN_CAGE))
+        ng_log_warn("mesh '%s' is not subdivided, its triangles are drawn: its cage is missing",
+                    ng_extract_name(x, e, name));
+    return (struct make){.geometry = mesh->geometry};
+}
+
 ng_result ng_extract_shape(struct ng_extractor *x, ng_entity e, struct ng_shape **out)
 {
     const struct ng_mesh *mesh = ng_world_get(x->world, e, NG_MESH);
-    const struct ng_subdivision *subdivision = ng_world_get(x->world, e, NG_SUBDIVISION);
     *out = NULL;
     if (!mesh || !ng_assets_geometry(x->assets, mesh->geometry)) {
         char name[NG_TEXT_SIZE];
@@ -281,15 +343,49 @@ ng_result ng_extract_shape(struct ng_extractor *x, ng_entity e, struct ng_shape 
             ng_log_warn("mesh '%s' is not shown: its geometry is missing", ng_extract_name(x, e, name));
         return NG_OK;
     }
-    uint64_t hash = ng_hash_combine(1, mesh->geometry.id);
-    if (subdivision)
-        hash = ng_hash_combine(hash, (uint64_t)subdivision->level << 32 | subdivision->boundary);
+    const struct make m = find_parts(x, e, mesh);
+    uint64_t hash = ng_hash_combine(ng_hash_combine(1, m.geometry.id), m.cage.id);
+    if (m.subdivision)
+        hash = ng_hash_combine(hash, (uint64_t)m.subdivision->level << 32 | m.subdivision->boundary);
     hash |= 1; // never 0
     uint32_t index = ng_index_map_get(&x->shape_of, hash);
     if (index == UINT32_MAX)
-        return make_shape(x, mesh->geometry, subdivision, hash, out);
+        return make_shape(x, &m, hash, out);
     *out = x->shapes.items[index];
     (*out)->used = true;
+    return NG_OK;
+}
+
+// ---- edits -----------------------------------------------------------------------------------------------
+static bool same_topology(const struct ng_extractor *x, const struct ng_shape *s)
+{
+    return ng_assets_revision(x->assets, s->geometry).topology == s->of_geometry.topology &&
+           ng_assets_revision(x->assets, s->cage_id).topology == s->of_cage.topology;
+}
+
+static ng_result follow_shape(struct ng_extractor *x, struct ng_shape *s)
+{
+    const struct ng_asset_revision geometry = ng_assets_revision(x->assets, s->geometry),
+                                   cage = ng_assets_revision(x->assets, s->cage_id);
+    bool of_cage = s->refiner && s->cage != &s->made_cage; // then the geometry's points are not shown
+    bool moved = of_cage ? cage.content != s->of_cage.content : geometry.content != s->of_geometry.content;
+    if (!same_topology(x, s))
+        return NG_OK;
+    if (moved && s->refiner)
+        NG_TRY(refine_points(x, s));
+    else if (moved)
+        borrow_geometry(s);
+    if (moved)
+        s->mesh.revision = ++x->clock;
+    s->of_geometry = geometry;
+    s->of_cage = cage;
+    return NG_OK;
+}
+
+ng_result ng_extract_follow_shapes(struct ng_extractor *x)
+{
+    for (size_t i = 0; i < x->shapes.count; i++)
+        NG_TRY(follow_shape(x, x->shapes.items[i]));
     return NG_OK;
 }
 
@@ -300,8 +396,9 @@ void ng_extract_mark_shapes(struct ng_extractor *x)
     for (size_t i = 0; i < x->shapes.count; i++) {
         struct ng_shape *s = x->shapes.items[i];
         s->used = false;
-        // A shape whose geometry is gone must not be found again; the old pieces that show it go as well.
-        if (ng_assets_geometry(x->assets, s->geometry) != s->source) {
+        // A shape whose geometry is gone, or is another, must not be found again; the old pieces that show it
+        // go as well.
+        if (!same_topology(x, s)) {
             free_shape(&s);
             continue;
         }

@@ -102,6 +102,11 @@ void ng_extract_free_skin(struct ng_skinned **skin)
     *skin = NULL;
 }
 
+static const float *rest_of(const struct ng_shape *shape)
+{
+    return shape->mesh.rest_positions ? shape->mesh.rest_positions : shape->mesh.positions;
+}
+
 // One block of floats for everything that a skinned piece needs.
 static ng_result make_skin(struct ng_extractor *x, struct ng_pose *pose, const struct ng_shape *shape,
                            struct ng_skinned **out)
@@ -126,7 +131,7 @@ static ng_result make_skin(struct ng_extractor *x, struct ng_pose *pose, const s
     s->mesh = shape->mesh;
     s->mesh.key = ++x->clock;
     s->mesh.dynamic = true;
-    s->mesh.rest_positions = shape->mesh.positions;
+    s->mesh.rest_positions = rest_of(shape);
     s->mesh.positions = s->positions[0];
     s->mesh.normals = s->normals;
     s->mesh.tangents = s->tangents;
@@ -199,7 +204,7 @@ static struct ng_skin_params skin_params(struct ng_piece *piece)
     return p;
 }
 
-// Finds the pieces whose joints moved, and readies their buffers.
+// Finds the pieces whose joints or points moved, and readies their buffers.
 static ng_result find_posing(struct ng_extractor *x)
 {
     x->posing.count = x->skinning.count = 0;
@@ -207,11 +212,14 @@ static ng_result find_posing(struct ng_extractor *x)
         follow_joints(x, x->poses.items[i]);
     for (uint32_t i = 0; i < x->pieces.count; i++) {
         struct ng_skinned *s = x->pieces.items[i].skin;
-        if (!s || s->posed == s->pose->version)
+        const struct ng_shape *shape = x->pieces.items[i].shape;
+        if (!s || (s->posed == s->pose->version && s->posed_revision == shape->mesh.revision))
             continue;
         s->mesh.previous_positions = s->posed ? s->positions[s->now] : NULL;
         s->now = !s->now;
         s->posed = s->pose->version;
+        s->posed_revision = shape->mesh.revision;
+        s->mesh.rest_positions = rest_of(shape);
         if (!ng_array_push(&x->posing, i) || !ng_array_push(&x->skinning, skin_params(&x->pieces.items[i])))
             return ng_out_of_memory("the frame's scene");
     }

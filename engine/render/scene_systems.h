@@ -12,9 +12,9 @@ struct ng_assets;
 struct ng_jobs;
 struct ng_world;
 
-// Once a world, whose engine components are registered. `assets` and `jobs` (null: the calling thread only)
-// are borrowed for the world's life.
-NG_NODISCARD ng_result ng_scene_systems_add(struct ng_world *world, const struct ng_assets *assets,
+// Once a world, whose engine components are registered. Its transactions record what is done to assets.
+// `assets` and `jobs` (null: the calling thread only) are borrowed for the world's life.
+NG_NODISCARD ng_result ng_scene_systems_add(struct ng_world *world, struct ng_assets *assets,
                                             struct ng_jobs *jobs);
 
 NG_EXTERN_C_END

@@ -15,20 +15,23 @@
 
 #define NG_NONE UINT32_MAX
 
-// Triangles in memory. Static ones are in object space and keep their revision; dynamic ones (skinned) are
-// in world space and change every frame that they move.
+// Triangles in memory. Static ones are in object space and have another revision where their points were
+// edited; dynamic ones (skinned) are in world space and change every frame that they move.
 struct ng_snapshot_mesh {
     uint64_t key; // identity of the buffers: the same key and revision mean the same content
     uint64_t revision;
-    bool dynamic; // vertices are rewritten when the revision changes, topology is not
+    bool dynamic; // Of one key, vertices alone are rewritten when the revision changes: topology is kept.
     uint32_t vertex_count, index_count;
     const float *positions;          // [vertex_count][3]
     const float *previous_positions; // dynamic only: last frame's, for motion; else null
-    const float *rest_positions;     // dynamic only: before joints move them, in object space; else null
-    const float *normals;            // [vertex_count][3]
-    const float *tangents;           // [vertex_count][4]
-    const float *uvs;                // [vertex_count][2]
-    const uint32_t *indices;         // [index_count]
+    // Dynamic: before joints move them, in object space; else before any of them was edited, or null where
+    // none was. They follow from the scene, not from who draws it: the same for all revisions of a key, or
+    // null.
+    const float *rest_positions;
+    const float *normals;    // [vertex_count][3]
+    const float *tangents;   // [vertex_count][4]
+    const float *uvs;        // [vertex_count][2]
+    const uint32_t *indices; // [index_count]
     float bounds_min[3], bounds_max[3];
 };
 
@@ -52,7 +55,7 @@ struct ng_snapshot_instance {
 };
 
 struct ng_snapshot_image {
-    uint64_t key; // identity, as for meshes; images do not change
+    uint64_t key, revision; // as for meshes; of one key, another revision may have another size and format
     const struct ng_image *image;
 };
 

@@ -266,7 +266,9 @@ static void test_cage(void **state)
     const struct ng_mesh *mesh = ng_world_get(l.world, named(&l, "node 0"), NG_MESH);
     const struct ng_subdivision *sub = ng_world_get(l.world, named(&l, "node 0"), NG_SUBDIVISION);
     assert_int_equal(sub->level, 1);
-    const struct ng_cage *cage = ng_assets_geometry(l.assets, mesh->geometry)->cage;
+    assert_int_equal(ng_assets_geometry(l.assets, mesh->geometry)->index_count, 3);
+    const struct ng_cage *cage = ng_assets_cage(l.assets, sub->cage);
+    assert_non_null(cage);
     assert_int_equal(cage->face_count, 1);
     assert_int_equal(cage->vertex_count, 3);
     assert_float_equal(cage->positions[3], 1, 0);

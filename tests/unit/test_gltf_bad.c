@@ -243,7 +243,9 @@ static void expect_cage_refused(const char *path, const char *message)
     const struct ng_geometry *g =
         ng_assets_geometry(f.assets, ng_assets_next(f.assets, NG_ASSET_GEOMETRY, (ng_asset){0}));
     assert_int_equal(g->index_count, 3);
-    assert_int_equal(g->cage->face_count, 0);
+    assert_int_equal(ng_assets_next(f.assets, NG_ASSET_CAGE, (ng_asset){0}).id, 0);
+    for (ng_entity e = scene.root; !ng_entity_is_null(e); e = ng_world_next_below(f.world, scene.root, e))
+        assert_false(ng_world_has(f.world, e, NG_SUBDIVISION));
     end(&f);
 }
 

@@ -407,15 +407,15 @@ static void test_cage_from_triangles(void **state)
         for (uint32_t k = 0; k < 6; k++)
             g.indices[f * 6 + k] = f * 4 + (const uint32_t[]){0, 1, 2, 0, 2, 3}[k];
     assert_int_equal(ng_geometry_complete(&g), NG_OK);
-    struct ng_cage *cage;
+    struct ng_cage cage;
     assert_int_equal(ng_cage_from_geometry(&g, &cage), NG_OK);
-    assert_int_equal(cage->vertex_count, 8);
-    assert_int_equal(cage->face_count, 12);
-    struct refined r = refine(cage, 2, NG_BOUNDARY_EDGE_AND_CORNER);
+    assert_int_equal(cage.vertex_count, 8);
+    assert_int_equal(cage.face_count, 12);
+    struct refined r = refine(&cage, 2, NG_BOUNDARY_EDGE_AND_CORNER);
     for (uint32_t i = 0; i < r.mesh.vertex_count; i++)
         assert_true(dot(r.normals + i * 3, r.positions + i * 3) > 0);
     finish(&r);
-    ng_cage_free(&cage);
+    ng_cage_finish(&cage);
     ng_geometry_finish(&g);
 }
 
