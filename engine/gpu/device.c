@@ -715,6 +715,8 @@ struct ng_gpu_stats ng_gpu_stats(const struct ng_gpu *gpu)
         .swapchains = in->live_count[NG_GPU_KIND_SWAPCHAIN],
         .samplers = (uint32_t)in->samplers.count,
         .waiting = (uint32_t)(in->retired.count - in->retired_first),
+        .buffers_made = in->made_count[NG_GPU_KIND_BUFFER],
+        .images_made = in->made_count[NG_GPU_KIND_IMAGE],
     };
     for (uint32_t i = 0; i < in->memory.memoryHeapCount; i++)
         if (in->memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT &&

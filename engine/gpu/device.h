@@ -112,6 +112,8 @@ struct ng_gpu_stats {
     // Objects alive, those that wait for a frame to end included.
     uint32_t buffers, images, samplers, pipelines, bind_groups, swapchains;
     uint32_t waiting; // destroyed by the caller, still in use by a frame
+    // Made since the device was: what stays the same creates nothing.
+    uint64_t buffers_made, images_made;
 };
 
 struct ng_gpu_stats ng_gpu_stats(const struct ng_gpu *gpu);

@@ -93,6 +93,7 @@ struct ng_gpu_internal {
     struct ng_gpu_faults faults;
     struct ng_gpu_live live; // head of the ring of all objects
     uint32_t live_count[NG_GPU_KIND_COUNT];
+    uint64_t made_count[NG_GPU_KIND_COUNT];
     NG_ARRAY(struct ng_gpu_retired) retired; // serials ascend
     size_t retired_first;                    // those before are freed
 

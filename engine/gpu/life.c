@@ -16,6 +16,7 @@ void ng_gpu_live_add(struct ng_gpu *gpu, struct ng_gpu_live *live, enum ng_gpu_k
     head->previous->next = live;
     head->previous = live;
     gpu->internal->live_count[kind]++;
+    gpu->internal->made_count[kind]++;
 }
 
 void ng_gpu_live_remove(struct ng_gpu_live *live)
