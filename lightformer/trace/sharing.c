@@ -53,8 +53,8 @@ bool lf_may_share(const struct ng_snapshot *snapshot, uint32_t index)
 {
     const struct ng_snapshot_instance *in = &snapshot->instances[index];
     const struct ng_snapshot_mesh *mesh = &snapshot->meshes[in->mesh];
-    return in->light == NG_NONE && !mesh->dynamic && mesh->index_count >= 3 && keeps_rays(in->matrix) &&
-           has_size(in);
+    return in->light == NG_NONE && !mesh->dynamic && !mesh->rest_positions && mesh->index_count >= 3 &&
+           keeps_rays(in->matrix) && has_size(in);
 }
 
 static uint64_t bytes_of(const struct ng_snapshot_mesh *mesh)

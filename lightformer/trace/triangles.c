@@ -93,7 +93,7 @@ ng_result lf_triangles_make(RTCDevice device, const struct ng_snapshot_mesh *mes
 // rarely that they stay as they are, and those that joints move have a pose instead.
 static bool find_turn(const float matrix[12], const struct ng_snapshot_mesh *mesh, float turn[12])
 {
-    if (!matrix || mesh->rest_positions || mesh->index_count / 3 > MOST_TURNED)
+    if (!matrix || mesh->dynamic || mesh->index_count / 3 > MOST_TURNED)
         return false;
     memcpy(turn, matrix, 12 * sizeof *turn);
     turn[3] = turn[7] = turn[11] = 0;
