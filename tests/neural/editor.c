@@ -2,6 +2,7 @@
 
 #include "test.h"
 
+#include "asset/geometry.h"
 #include "components/components.h"
 #include "scene/history.h"
 
@@ -240,25 +241,189 @@ static void move_below(struct editor *e)
     snprintf(e->what, sizeof e->what, "entity %u below %u", ng_entity_index(on), ng_entity_index(parent));
 }
 
-static void add_image(struct editor *e)
+static struct ng_image noise(struct editor *e, uint32_t side)
 {
-    enum { SIDE = 4 };
     static const enum ng_pixel_format formats[] = {NG_PIXEL_RGBA8_SRGB, NG_PIXEL_RGBA8};
-    struct ng_image image = {.width = SIDE,
-                             .height = SIDE,
+    struct ng_image image = {.width = side,
+                             .height = side,
                              .levels = 1,
                              .format = formats[below(e, 2)],
                              .repeat_u = one_in(e, 2),
                              .repeat_v = one_in(e, 2),
-                             .size = (size_t)SIDE * SIDE * 4};
+                             .size = (size_t)side * side * 4};
     unsigned char *pixels = malloc(image.size);
-    ng_asset id;
     assert_non_null(pixels);
     for (size_t i = 0; i < image.size; i++)
         pixels[i] = (unsigned char)below(e, 256);
     image.pixels = pixels;
+    return image;
+}
+
+static void *copy_of(const void *data, size_t size)
+{
+    void *copy = malloc(size + 1);
+    assert_non_null(copy);
+    if (data)
+        memcpy(copy, data, size);
+    return copy;
+}
+
+// A pyramid over a square, of one size or another.
+static const float pyramid[15] = {-1, 0, -1, 1, 0, -1, 1, 0, 1, -1, 0, 1, 0, 1, 0};
+
+static float *pyramid_points(struct editor *e)
+{
+    float *points = copy_of(pyramid, sizeof pyramid), size = ng_rng_range(&e->rng, 0.2f, 1);
+    for (size_t i = 0; i < NG_COUNT(pyramid); i++)
+        points[i] *= size;
+    return points;
+}
+
+static struct ng_geometry new_geometry(struct editor *e)
+{
+    static const uint32_t indices[12] = {0, 4, 1, 1, 4, 2, 2, 4, 3, 3, 4, 0};
+    struct ng_geometry g = {.vertex_count = 5,
+                            .index_count = 12,
+                            .positions = pyramid_points(e),
+                            .indices = copy_of(indices, sizeof indices)};
+    assert_int_equal(ng_geometry_complete(&g), NG_OK);
+    return g;
+}
+
+static struct ng_cage new_cage(struct editor *e)
+{
+    static const uint32_t sizes[5] = {4, 3, 3, 3, 3};
+    static const uint32_t indices[16] = {0, 1, 2, 3, 0, 4, 1, 1, 4, 2, 2, 4, 3, 3, 4, 0};
+    return (struct ng_cage){.vertex_count = 5,
+                            .face_count = 5,
+                            .index_count = 16,
+                            .positions = pyramid_points(e),
+                            .face_sizes = copy_of(sizes, sizeof sizes),
+                            .face_indices = copy_of(indices, sizeof indices)};
+}
+
+// Moves the first field of three numbers that the model's channels drive.
+static struct ng_clip new_clip(struct editor *e, const struct ng_clip *model)
+{
+    struct ng_clip clip = {.channels = copy_of(NULL, sizeof *clip.channels)};
+    if (!model || !model->channel_count)
+        return clip;
+    const float time = 0;
+    struct ng_channel channel = model->channels[below(e, model->channel_count)];
+    float value[12] = {0};
+    for (uint32_t i = 0; i < channel.width; i++)
+        value[i] = value[4 + i] = ng_rng_range(&e->rng, 0.1f, 1);
+    channel.key_count = 1;
+    channel.interpolation = NG_INTERPOLATION_STEP;
+    channel.times = copy_of(&time, sizeof time);
+    channel.values = copy_of(value, channel.width * sizeof(float));
+    clip.channels[0] = channel;
+    clip.channel_count = 1;
+    return clip;
+}
+
+static void add_image(struct editor *e)
+{
+    struct ng_image image = noise(e, 4);
+    ng_asset id;
     assert_int_equal(ng_assets_take_image(e->assets, "noise", &image, &id), NG_OK);
     snprintf(e->what, sizeof e->what, "a new image");
+}
+
+// A new one, of any kind that can be made of nothing.
+static void add_asset(struct editor *e)
+{
+    ng_asset id;
+    struct ng_geometry g;
+    struct ng_cage cage;
+    struct ng_clip clip;
+    switch (below(e, 4)) {
+    case 0:
+        g = new_geometry(e);
+        assert_int_equal(ng_assets_take_geometry(e->assets, "pyramid", &g, &id), NG_OK);
+        break;
+    case 1:
+        cage = new_cage(e);
+        assert_int_equal(ng_assets_take_cage(e->assets, "pyramid", &cage, &id), NG_OK);
+        break;
+    case 2:
+        clip = new_clip(e, ng_assets_clip(e->assets, any_asset(e, NG_ASSET_CLIP)));
+        assert_int_equal(ng_assets_take_clip(e->assets, "clip", &clip, &id), NG_OK);
+        break;
+    default:
+        add_image(e);
+        return;
+    }
+    snprintf(e->what, sizeof e->what, "a new asset %u", id.id);
+}
+
+static void edit_points(struct editor *e)
+{
+    ng_asset id = any_asset(e, one_in(e, 2) ? NG_ASSET_CAGE : NG_ASSET_GEOMETRY);
+    const struct ng_cage *cage = ng_assets_cage(e->assets, id);
+    const struct ng_geometry *g = ng_assets_geometry(e->assets, id);
+    uint32_t count = cage ? cage->vertex_count : g ? g->vertex_count : 0;
+    if (!count)
+        return;
+    float *points = ng_assets_edit_points(e->assets, id);
+    float size = one_in(e, 4) ? 1.0f : 0.1f;
+    uint32_t first = below(e, count), moved = one_in(e, 4) ? count : 1;
+    for (uint32_t i = 0; i < moved; i++)
+        for (size_t k = 0; k < 3; k++)
+            points[(first + i) % count * 3 + k] += ng_rng_range(&e->rng, -size, size);
+    assert_int_equal(ng_assets_changed(e->assets, id), NG_OK);
+    snprintf(e->what, sizeof e->what, "%u points of asset %u from %u", moved, id.id, first);
+}
+
+static void edit_texels(struct editor *e)
+{
+    ng_asset id = any_asset(e, NG_ASSET_IMAGE);
+    const struct ng_image *image = ng_assets_image(e->assets, id);
+    if (!image || image->format == NG_PIXEL_RGBA32F)
+        return;
+    unsigned char *texels = ng_assets_edit_texels(e->assets, id);
+    for (uint32_t i = 0; i < image->width; i++)
+        texels[i * 4 + below(e, 3)] = (unsigned char)below(e, 256);
+    assert_int_equal(ng_assets_changed(e->assets, id), NG_OK);
+    snprintf(e->what, sizeof e->what, "texels of image %u", id.id);
+}
+
+static void edit_keys(struct editor *e)
+{
+    ng_asset id = any_asset(e, NG_ASSET_CLIP);
+    if (!id.id)
+        return;
+    struct ng_clip *clip = ng_assets_edit_clip(e->assets, id);
+    if (clip->channel_count && !clip->channels[0].rotation)
+        clip->channels[0].values[0] += ng_rng_range(&e->rng, -0.2f, 0.2f);
+    assert_int_equal(ng_assets_changed(e->assets, id), NG_OK);
+    snprintf(e->what, sizeof e->what, "keys of clip %u", id.id);
+}
+
+static void replace_asset(struct editor *e)
+{
+    static const enum ng_asset_kind kinds[] = {NG_ASSET_GEOMETRY, NG_ASSET_CAGE, NG_ASSET_IMAGE,
+                                               NG_ASSET_CLIP};
+    enum ng_asset_kind kind = kinds[below(e, NG_COUNT(kinds))];
+    ng_asset id = any_asset(e, kind);
+    ng_result r = NG_OK;
+    if (!id.id)
+        return;
+    if (kind == NG_ASSET_GEOMETRY) {
+        struct ng_geometry g = new_geometry(e);
+        r = ng_assets_replace_geometry(e->assets, id, &g);
+    } else if (kind == NG_ASSET_CAGE) {
+        struct ng_cage cage = new_cage(e);
+        r = ng_assets_replace_cage(e->assets, id, &cage);
+    } else if (kind == NG_ASSET_IMAGE) {
+        struct ng_image image = noise(e, 1 + below(e, 6));
+        r = ng_assets_replace_image(e->assets, id, &image);
+    } else {
+        struct ng_clip clip = new_clip(e, ng_assets_clip(e->assets, id));
+        r = ng_assets_replace_clip(e->assets, id, &clip);
+    }
+    assert_int_equal(r, NG_OK);
+    snprintf(e->what, sizeof e->what, "other content of asset %u, of kind %d", id.id, (int)kind);
 }
 
 static void remove_asset(struct editor *e)
@@ -290,7 +455,9 @@ static const struct edit {
 } edits[] = {
     {edit_field, 24, true},      {add_component, 4, true},  {remove_component, 4, true},
     {duplicate_entity, 2, true}, {destroy_entity, 3, true}, {move_below, 2, true},
-    {add_image, 1, false},       {remove_asset, 1, false},  {take_back, 12, false},
+    {add_asset, 2, true},        {edit_points, 5, true},    {edit_texels, 3, true},
+    {edit_keys, 1, true},        {replace_asset, 2, true},  {remove_asset, 2, true},
+    {edit_points, 1, false},     {remove_asset, 1, false},  {take_back, 12, false},
     {do_again, 4, false},
 };
 

@@ -16,8 +16,8 @@ struct editor {
 
 // Textures, so that every scene has some to exchange.
 void editor_begin(struct editor *e, struct ng_world *world, struct ng_assets *assets, uint64_t seed);
-// One edit: a field, a component or an entity that comes, goes or gets another parent, an asset that comes or
-// goes, undo or redo. All but those of assets can be undone.
+// One edit: a field, a component or an entity that comes, goes or gets another parent, an asset that comes,
+// goes or has other content, undo or redo. All but a few of assets can be undone.
 void editor_edit(struct editor *e);
 
 #endif

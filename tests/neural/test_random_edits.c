@@ -145,6 +145,12 @@ static void compare(struct walk *w, const struct view *view)
 
 // ---- What is shown ---------------------------------------------------------------------------------------
 
+static uint64_t hash_image(const struct ng_image *image)
+{
+    const uint32_t words[] = {image->width, image->height, image->format, image->repeat_u, image->repeat_v};
+    return ng_hash_bytes(ng_hash_bytes(0, words, sizeof words), image->pixels, image->size);
+}
+
 static uint64_t hash_material(const struct ng_snapshot *s, const struct ng_snapshot_material *m)
 {
     const uint64_t words[] = {m->entity.id, m->double_sided, m->alpha_mask};
@@ -157,6 +163,8 @@ static uint64_t hash_material(const struct ng_snapshot *s, const struct ng_snaps
     hash = ng_hash_bytes(hash, numbers, sizeof numbers);
     for (size_t i = 0; i < NG_COUNT(images); i++)
         hash = ng_hash_combine(hash, images[i] == NG_NONE ? 0 : s->images[images[i]].key);
+    for (size_t i = 0; i < NG_COUNT(images); i++)
+        hash = ng_hash_combine(hash, images[i] == NG_NONE ? 0 : hash_image(s->images[images[i]].image));
     return hash;
 }
 
@@ -174,9 +182,13 @@ static uint64_t hash_instance(const struct walk *w, const struct ng_snapshot *s,
     const struct ng_snapshot_instance *in = &s->instances[index];
     const struct ng_mesh *mesh = ng_world_get(w->room.scene.world, in->entity, NG_MESH);
     const struct ng_subdivision *refined = ng_world_get(w->room.scene.world, in->entity, NG_SUBDIVISION);
+    const struct ng_assets *assets = w->room.scene.assets;
     const uint64_t words[] = {in->entity.id,
                               mesh ? mesh->geometry.id : 0,
+                              mesh ? ng_assets_revision(assets, mesh->geometry).topology : 0,
                               refined ? 1 + refined->boundary : 0,
+                              refined ? refined->cage.id : 0,
+                              refined ? ng_assets_revision(assets, refined->cage).topology : 0,
                               in->light,
                               in->flags & ~(uint32_t)NG_INSTANCE_MOVED,
                               hash_mesh(&s->meshes[in->mesh]),
@@ -189,8 +201,9 @@ static uint64_t hash_light(const struct walk *w, const struct ng_snapshot_light 
 {
     const struct ng_light_source *u = &l->source;
     ng_asset image = u->type->image ? u->type->image(u) : (ng_asset){0};
-    const uint64_t words[] = {l->entity.id, u->type->component,
-                              ng_assets_image(w->room.scene.assets, image) ? image.id : 0};
+    const struct ng_image *texels = ng_assets_image(w->room.scene.assets, image);
+    const uint64_t words[] = {l->entity.id, u->type->component, texels ? image.id : 0,
+                              texels ? hash_image(texels) : 0};
     uint64_t hash = ng_hash_bytes(0, words, sizeof words);
     hash = ng_hash_bytes(hash, u->params, sizeof u->params);
     hash = ng_hash_bytes(hash, u->emission, sizeof u->emission);
