@@ -66,7 +66,7 @@ static bool allocate(const struct ng_geometry *g, struct ng_cage *c)
 {
     c->positions = malloc((size_t)g->vertex_count * 12 + 1);
     c->rest_positions = malloc((size_t)g->vertex_count * 12 + 1);
-    c->vertex_map = malloc((size_t)g->vertex_count * 4 + 1);
+    c->vertex_map = calloc((size_t)g->vertex_count + 1, 4);
     c->face_sizes = malloc((size_t)g->index_count * 4 + 1);
     c->face_indices = malloc((size_t)g->index_count * 4 + 1);
     c->face_uvs = malloc((size_t)g->index_count * 8 + 1);

@@ -213,6 +213,12 @@ void ng_geometry_scratch_finish(struct ng_geometry_scratch *scratch)
     ng_array_finish(&scratch->sums);
 }
 
+// Bit for bit: what is written again unchanged has not moved, NaN or not.
+static bool same_bits(const void *a, const void *b, size_t size)
+{
+    return memcmp(a, b, size) == 0;
+}
+
 // What a pass over the triangles needs, by vertex.
 struct follow {
     uint32_t *group;    // the first vertex that is the same smooth point: one place and one normal at rest
@@ -250,7 +256,7 @@ static void find_groups(const struct ng_geometry *g, struct follow *f)
         size_t at = (size_t)ng_hash_bytes(ng_hash_bytes(0, p, 12), n, 12) & (f->slots - 1);
         for (; f->table[at]; at = (at + 1) & (f->slots - 1)) {
             size_t other = (f->table[at] - 1) * (size_t)3;
-            if (memcmp(g->rest_positions + other, p, 12) == 0 && memcmp(g->rest_normals + other, n, 12) == 0)
+            if (same_bits(g->rest_positions + other, p, 12) && same_bits(g->rest_normals + other, n, 12))
                 break;
         }
         if (!f->table[at])
@@ -275,7 +281,7 @@ static void add_normals(const float *positions, const uint32_t *tri, const uint3
 
 static bool has_moved(const struct ng_geometry *g, uint32_t vertex)
 {
-    return memcmp(g->positions + vertex * (size_t)3, g->rest_positions + vertex * (size_t)3, 12) != 0;
+    return !same_bits(g->positions + vertex * (size_t)3, g->rest_positions + vertex * (size_t)3, 12);
 }
 
 static void add_triangles(const struct ng_geometry *g, struct follow *f)

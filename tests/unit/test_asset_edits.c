@@ -193,7 +193,8 @@ static ng_result paint(struct fixture *f)
     unsigned char *texels = ng_assets_edit_texels(f->assets, f->image);
     if (!texels)
         return NG_ERROR_MEMORY;
-    memset(texels, 99, 16);
+    const struct ng_image *image = ng_assets_image(f->assets, f->image);
+    memset(texels, 99, (size_t)image->width * image->height * 4);
     return ng_assets_changed(f->assets, f->image);
 }
 
