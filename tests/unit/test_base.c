@@ -14,7 +14,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -78,17 +77,19 @@ static void pool_finds_stale_handles(void **state)
     ng_pool_finish(&p);
 }
 
+// Plain memory, as jobs write it: atomics would order the workers among each other, and hide from
+// ThreadSanitizer what the pool forgets to order.
 struct sum {
-    atomic_uint hits[5000];
-    atomic_uint workers_seen;
+    uint32_t hits[5000];
+    bool workers_seen[8];
 };
 
 static void count_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     struct sum *s = user;
-    atomic_fetch_or(&s->workers_seen, 1u << worker);
+    s->workers_seen[worker] = true;
     for (uint32_t i = begin; i < end; i++)
-        atomic_fetch_add(&s->hits[i], 1);
+        s->hits[i]++;
 }
 
 static void jobs_run_each_item_once(void **state)
@@ -103,7 +104,8 @@ static void jobs_run_each_item_once(void **state)
             ng_jobs_for(jobs, 5000, grain, count_hits, &s);
             for (int i = 0; i < 5000; i++)
                 assert_int_equal(s.hits[i], 1);
-            assert_true(s.workers_seen < 1u << threads);
+            for (uint32_t i = threads; i < NG_COUNT(s.workers_seen); i++)
+                assert_false(s.workers_seen[i]);
         }
         ng_jobs_destroy(&jobs);
         assert_null(jobs);
