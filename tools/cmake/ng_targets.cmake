@@ -39,7 +39,7 @@ function(ng_kernels out source)
 endfunction()
 
 # So that LeakSanitizer can tell whose leak it is.
-if(NG_SANITIZE)
+if(NG_SANITIZE MATCHES address)
   set(NG_SANITIZE_SOURCES ${CMAKE_SOURCE_DIR}/tests/keep_libraries.c)
 endif()
 
@@ -49,6 +49,9 @@ function(ng_program name)
   add_executable(${name} ${A_SOURCES} ${NG_SANITIZE_SOURCES})
   target_link_libraries(${name} PRIVATE ${A_DEPS} m)
 endfunction()
+
+# What `tools/test --tsan` builds: the tests of label `threads`.
+add_custom_target(threads_tests)
 
 # ng_test(NAME SOURCES ... DEPS ... [LABELS unit|gpu|image|...] [ARGS ...] [TIMEOUT s])
 # A cmocka program run by CTest from the source directory, in a scratch directory of its own (NG_TEST_DIR).
@@ -61,6 +64,9 @@ function(ng_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${A_DEPS} PkgConfig::cmocka m)
+  if("threads" IN_LIST A_LABELS)
+    add_dependencies(threads_tests ${name})
+  endif()
   add_test(NAME ${name} COMMAND ${name} ${A_ARGS} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/scratch/${name})
   set_tests_properties(${name} PROPERTIES LABELS "${A_LABELS}" TIMEOUT ${A_TIMEOUT}
@@ -73,4 +79,5 @@ pkg_check_modules(cmocka REQUIRED IMPORTED_TARGET cmocka)
 set(NG_TEST_ENVIRONMENT
   "LSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/lsan.supp:print_suppressions=0"
   "ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=0"
-  "UBSAN_OPTIONS=print_stacktrace=1")
+  "UBSAN_OPTIONS=print_stacktrace=1"
+  "TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/tsan.supp:print_suppressions=0")
