@@ -39,7 +39,10 @@ struct bench_neural {
     double encode_slope_ms, gather_slope_ms; // a light
     double encode_curve, gather_curve;       // largest distance from the line, as a share of the value
     struct bench_net_shares products;        // of the network, with two lights
-    double memory_mib;                       // peak of a process that draws 7 lights; 0: not measured
+    // Of a room with seven lamps: a frame in which one of them moves, one in which all is redone, and the
+    // median of their quotient.
+    double drag_ms, redo_ms, drag_ratio;
+    double memory_mib; // peak of a process that draws 7 lights; 0: not measured
     // From the start of a process to its first picture, and the processor time that it took; 0: not measured.
     double first_frame_s, first_frame_cpu_s;
 };
