@@ -3,7 +3,8 @@
 //
 // Greedy by size: the largest first, each at the lowest offset where it collides with nothing that lives at
 // the same time. Not optimal, but within a few per cent on frame graphs, and the same result on every
-// machine. Host memory is not shared: the CPU would have to wait for the GPU to be done with the one before.
+// machine. Host memory that the GPU reads or writes is not shared: the CPU would have to wait for the GPU to
+// be done with the one before. What CPU passes alone use is, as they run one after another.
 #include "graph/graph_internal.h"
 
 #include <stdlib.h>
@@ -24,14 +25,18 @@ static ng_result find_block(struct ng_graph *g, const struct ng_plan_resource *r
 {
     for (uint32_t i = 0; i < g->plan_blocks.count; i++) {
         const struct ng_plan_block *b = &g->plan_blocks.items[i];
-        if (b->host == r->host && b->images == r->is_image && b->memory_types == r->memory_types) {
+        if (b->host == r->host && b->cpu == r->cpu && b->images == r->is_image &&
+            b->memory_types == r->memory_types) {
             *out = i;
             return NG_OK;
         }
     }
     *out = (uint32_t)g->plan_blocks.count;
-    struct ng_plan_block block = {
-        .host = r->host, .images = r->is_image, .memory_types = r->memory_types, .alignment = 1};
+    struct ng_plan_block block = {.host = r->host,
+                                  .cpu = r->cpu,
+                                  .images = r->is_image,
+                                  .memory_types = r->memory_types,
+                                  .alignment = 1};
     return ng_array_push(&g->plan_blocks, block) ? NG_OK : graph_no_memory(g);
 }
 
@@ -57,7 +62,7 @@ static int by_size(const void *pa, const void *pb)
 static uint32_t first_fit(const struct ng_graph *g, const struct sorted *taken, uint32_t count,
                           struct ng_plan_resource *r)
 {
-    bool share = !g->params.no_aliasing && !r->host;
+    bool share = !g->params.no_aliasing && (!r->host || r->cpu);
     uint64_t offset = 0;
     for (uint32_t i = 0; i < count; i++) {
         const struct ng_plan_resource *other = &g->plan_resources.items[taken[i].resource];

@@ -9,19 +9,31 @@ static void mark_readbacks(struct ng_graph *g)
     for (size_t i = 0; i < g->readbacks.count; i++)
         for (size_t r = 0; r < g->resources.count; r++)
             if (g->resources.items[r].kind != NG_RESOURCE_HISTORY &&
+                g->resources.items[r].kind != NG_RESOURCE_TOKEN &&
                 !strcmp(g->resources.items[r].name, g->readbacks.items[i]))
                 g->resources.items[r].readback = true;
 }
 
-static ng_result list_passes(struct ng_graph *g)
+static bool is_current(const struct compile *c, uint32_t pass)
 {
+    const struct ng_pass *p = c->g->passes.items[pass];
+    bool current = false;
+    for (size_t i = 0; i < p->uses.count && !c->live[pass]; i++)
+        current |= p->uses.items[i].write && c->current[p->uses.items[i].resource];
+    return current;
+}
+
+static ng_result list_passes(const struct compile *c)
+{
+    struct ng_graph *g = c->g;
     g->plan.passes = ng_arena_array(&g->arena, g->pass_count, sizeof *g->plan.passes);
     if (!g->plan.passes)
         return graph_no_memory(g);
     g->plan.pass_count = g->pass_count;
     for (uint32_t i = 0; i < g->pass_count; i++) {
         const struct ng_pass *p = g->passes.items[i];
-        g->plan.passes[i] = (struct ng_plan_pass){.name = p->name, .kind = p->kind, .step = NG_PLAN_NONE};
+        g->plan.passes[i] = (struct ng_plan_pass){
+            .name = p->name, .kind = p->kind, .step = NG_PLAN_NONE, .current = is_current(c, i)};
     }
     return NG_OK;
 }
@@ -47,8 +59,9 @@ static ng_result compile(struct ng_graph *g)
     mark_readbacks(g);
     NG_TRY(graph_validate(&c));
     NG_TRY(graph_order(&c));
+    NG_TRY(graph_find_keys(&c));
     NG_TRY(graph_cull(&c));
-    NG_TRY(list_passes(g));
+    NG_TRY(list_passes(&c));
     NG_TRY(graph_expand(&c));
     NG_TRY(graph_place(&c));
     NG_TRY(graph_synchronise(&c));

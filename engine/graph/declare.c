@@ -63,6 +63,11 @@ void ng_graph_destroy(struct ng_graph **graph)
     *graph = NULL;
 }
 
+void ng_graph_ignore_keys(struct ng_graph *g, bool ignore)
+{
+    g->params.no_keys = ignore;
+}
+
 void ng_graph_begin(struct ng_graph *g)
 {
     ng_arena_reset(&g->arena);
@@ -162,6 +167,11 @@ struct ng_graph_ref ng_graph_add_buffer(struct ng_graph *g, const char *name,
     return add(g, name, &(struct decl_resource){.buffer = buffer_defaults(params)});
 }
 
+struct ng_graph_ref ng_graph_add_token(struct ng_graph *g, const char *name)
+{
+    return add(g, name, &(struct decl_resource){.kind = NG_RESOURCE_TOKEN});
+}
+
 // Adds something kept from frame to frame, and looks up what is left of it.
 static struct ng_graph_ref add_kept(struct ng_graph *g, const char *name, struct decl_resource r, bool *valid)
 {
@@ -169,6 +179,9 @@ static struct ng_graph_ref add_kept(struct ng_graph *g, const char *name, struct
     if (kept && graph_kept_fits(kept, &r)) {
         r.has_content = kept->valid;
         r.initial_layout = kept->layouts[kept->newest];
+        r.kept_key = kept->key;
+        r.gpu_knows = kept->gpu_knows;
+        r.in_host_memory = kept->host;
     }
     if (valid)
         *valid = r.has_content;
@@ -314,51 +327,53 @@ struct ng_pass *ng_graph_add_pass(struct ng_graph *g, const struct ng_pass_param
     pass->flags = params->flags;
     pass->width = params->width;
     pass->height = params->height;
+    pass->key = params->key;
     pass->uses.count = 0;
     pass->after.count = 0;
     return pass;
 }
 
-static struct ng_graph_ref record_use(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use word,
-                                      const struct ng_graph_part *part, bool write)
+static struct ng_graph_ref record(struct ng_pass *pass, struct ng_graph_ref ref, struct decl_use u)
 {
     struct ng_graph *g = pass->graph;
-    struct decl_use u = {.resource = REF_RESOURCE(ref),
-                         .version = REF_VERSION(ref),
-                         .use = word,
-                         .write = write,
-                         .known = graph_knows(g, ref),
-                         .part = part ? *part : (struct ng_graph_part){0}};
+    u.resource = REF_RESOURCE(ref);
+    u.version = REF_VERSION(ref);
+    u.known = graph_knows(g, ref);
     if (pass == &g->lost_pass)
         return (struct ng_graph_ref){0};
     if (!ng_array_push(&pass->uses, u)) {
         graph_no_memory(g);
         return (struct ng_graph_ref){0};
     }
-    return u.known && u.version < MAX_VERSION ? make_ref(g, u.resource, u.version + write)
+    return u.known && u.version < MAX_VERSION ? make_ref(g, u.resource, u.version + u.write)
                                               : (struct ng_graph_ref){0};
 }
 
 void ng_pass_read(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use)
 {
-    record_use(pass, ref, use, NULL, false);
+    record(pass, ref, (struct decl_use){.use = use});
+}
+
+void ng_pass_read_as(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use, uint64_t key)
+{
+    record(pass, ref, (struct decl_use){.use = use, .replaced = true, .key = key});
 }
 
 void ng_pass_read_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use,
                        const struct ng_graph_part *part)
 {
-    record_use(pass, ref, use, part, false);
+    record(pass, ref, (struct decl_use){.use = use, .part = *part});
 }
 
 struct ng_graph_ref ng_pass_write(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use)
 {
-    return record_use(pass, ref, use, NULL, true);
+    return record(pass, ref, (struct decl_use){.use = use, .write = true});
 }
 
 struct ng_graph_ref ng_pass_write_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use,
                                        const struct ng_graph_part *part)
 {
-    return record_use(pass, ref, use, part, true);
+    return record(pass, ref, (struct decl_use){.use = use, .write = true, .part = *part});
 }
 
 void ng_pass_after(struct ng_pass *pass, const char *name)

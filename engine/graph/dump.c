@@ -56,7 +56,8 @@ static const char *const kind_names[] = {"raster", "compute", "copy", "cpu"};
 static const char *const resource_names[] = {
     [NG_RESOURCE_TRANSIENT] = "transient", [NG_RESOURCE_PERSISTENT] = "persistent",
     [NG_RESOURCE_CURRENT] = "current",     [NG_RESOURCE_HISTORY] = "history",
-    [NG_RESOURCE_IMPORTED] = "imported",   [NG_RESOURCE_STAGING] = "staging",
+    [NG_RESOURCE_IMPORTED] = "imported",   [NG_RESOURCE_TOKEN] = "token",
+    [NG_RESOURCE_STAGING] = "staging",
 };
 static const char *const load_names[] = {
     [NG_LOAD_KEEP] = "load", [NG_LOAD_CLEAR] = "clear", [NG_LOAD_UNDEFINED] = "don't care"};
@@ -175,7 +176,7 @@ static void dump_text(struct text *t, const struct ng_plan *p)
     put(t, "culled\n");
     for (uint32_t i = 0; i < p->pass_count; i++)
         if (p->passes[i].step == NG_PLAN_NONE)
-            put(t, "  %s\n", p->passes[i].name);
+            put(t, "  %s%s\n", p->passes[i].name, p->passes[i].current ? " (current)" : "");
 }
 
 // ---- DOT -----------------------------------------------------------------------------------------------
@@ -255,7 +256,7 @@ static void dump_dot(struct text *t, const struct ng_plan *p)
         if (p->passes[i].step == NG_PLAN_NONE) {
             put(t, "  c%u [shape=box, style=dashed, label=", i);
             put_quoted(t, p->passes[i].name);
-            put(t, "];\n");
+            put(t, "%s];\n", p->passes[i].current ? ", fontcolor=darkgreen" : "");
         }
     put(t, "}\n");
 }

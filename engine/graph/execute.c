@@ -252,15 +252,27 @@ static ng_result run_cpu_pass(struct run *run, uint32_t step, const struct ng_pa
 }
 
 // What the pass wrote counts only if it, and all others that wrote it, succeeded.
-static void note_writes(struct run *run, const struct ng_plan_step *step, ng_result result)
+static void note_writes(struct run *run, const struct ng_pass *p, bool failed)
 {
-    for (uint32_t i = 0; i < step->use_count; i++) {
-        const struct ng_plan_use *u = &run->g->plan.uses[step->first_use + i];
+    for (size_t i = 0; i < p->uses.count; i++) {
+        const struct decl_use *u = &p->uses.items[i];
         if (!u->write)
             continue;
-        run->written[u->declared].written = true;
-        run->written[u->declared].failed |= result != NG_OK;
+        bool before = run->written[u->resource].failed && u->use != NG_USE_HOST_WRITE;
+        run->written[u->resource].written = true;
+        run->written[u->resource].failed = failed || before;
     }
+}
+
+// What its key promises cannot be made from what is not there.
+static bool lacks_input(const struct run *run, const struct ng_pass *p)
+{
+    bool lacks = false;
+    for (size_t i = 0; p->key && i < p->uses.count; i++) {
+        const struct decl_use *u = &p->uses.items[i];
+        lacks |= u->use != NG_USE_HOST_WRITE && run->written[u->resource].failed;
+    }
+    return lacks;
 }
 
 static ng_result run_pass(struct run *run, uint32_t index)
@@ -268,6 +280,10 @@ static ng_result run_pass(struct run *run, uint32_t index)
     const struct ng_plan_step *step = &run->g->plan.steps[index];
     const struct ng_pass *p = run->g->passes.items[step->pass];
     ng_result result = NG_OK;
+    if (lacks_input(run, p)) {
+        note_writes(run, p, true);
+        return NG_OK;
+    }
     run->pass_start = ng_clock_ns();
     if (p->kind == NG_PASS_CPU)
         NG_TRY(run_cpu_pass(run, index, p, &result));
@@ -275,7 +291,7 @@ static ng_result run_pass(struct run *run, uint32_t index)
         result = run_gpu_pass(run, index, p);
     if (result != NG_OK && run->result == NG_OK)
         run->result = result;
-    note_writes(run, step, result);
+    note_writes(run, p, result != NG_OK);
     struct ng_pass_stats *stat = graph_stat(run->g, p->name);
     if (stat) {
         stat->cpu_ms = (double)(ng_clock_ns() - run->pass_start) * 1e-6;

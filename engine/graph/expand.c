@@ -29,6 +29,11 @@ static bool is_attachment(enum ng_use use)
     return use == NG_USE_COLOR || use == NG_USE_DEPTH || use == NG_USE_DEPTH_READ;
 }
 
+static bool is_token(const struct expand *e, const struct decl_use *u)
+{
+    return e->g->resources.items[u->resource].kind == NG_RESOURCE_TOKEN;
+}
+
 uint64_t graph_linear_size(const struct ng_graph_image_params *image)
 {
     uint64_t texel = ng_gpu_format_size(image->format);
@@ -63,11 +68,16 @@ static ng_result add_declared(struct expand *e, uint32_t index)
     return add_resource(e->g, &r);
 }
 
-// Buffers that the host can reach as well as the GPU need no copy.
-static bool in_place(const struct ng_graph *g, const struct decl_resource *d)
+// Buffers that the host can reach as well as the GPU need no copy, nor do those that the GPU does not touch.
+static bool in_place(const struct expand *e, uint32_t index)
 {
-    return !d->is_image &&
-           (d->kind == NG_RESOURCE_IMPORTED ? d->imported.buffer->mapped != NULL : g->unified);
+    const struct ng_graph *g = e->g;
+    const struct decl_resource *d = &g->resources.items[index];
+    if (d->is_image)
+        return false;
+    if (d->kind == NG_RESOURCE_IMPORTED)
+        return d->imported.buffer->mapped;
+    return g->unified || d->in_host_memory || (g->plan_resources.items[index].cpu && !d->gpu_knows);
 }
 
 // Makes a resource reachable by the host: in place, or by giving it a staging copy.
@@ -78,7 +88,7 @@ static ng_result make_host_visible(struct expand *e, uint32_t index)
     struct ng_plan_resource *r = &g->plan_resources.items[index];
     if (r->host || r->staging != NG_PLAN_NONE)
         return NG_OK;
-    if (in_place(g, d)) {
+    if (in_place(e, index)) {
         r->host = true;
         return NG_OK;
     }
@@ -100,14 +110,32 @@ static ng_result make_host_visible(struct expand *e, uint32_t index)
                                .block = NG_PLAN_NONE});
 }
 
+// Buffers that no pass of the GPU uses, and that nobody clears.
+static void find_cpu_only(struct expand *e)
+{
+    struct ng_graph *g = e->g;
+    for (uint32_t i = 0; i < g->resources.count; i++) {
+        const struct decl_resource *d = &g->resources.items[i];
+        bool ours = d->kind == NG_RESOURCE_TRANSIENT || d->kind == NG_RESOURCE_PERSISTENT;
+        g->plan_resources.items[i].cpu = ours && !d->is_image && !d->buffer.clear;
+    }
+    for (uint32_t p = 0; p < g->pass_count; p++)
+        for (size_t i = 0; e->c->live[p] && i < g->passes.items[p]->uses.count; i++) {
+            const struct decl_use *u = &g->passes.items[p]->uses.items[i];
+            g->plan_resources.items[u->resource].cpu &= ng_use_info(u->use)->host;
+        }
+}
+
 static ng_result make_resources(struct expand *e)
 {
     struct ng_graph *g = e->g;
     for (uint32_t i = 0; i < g->resources.count; i++)
         NG_TRY(add_declared(e, i));
+    find_cpu_only(e);
     for (uint32_t p = 0; p < g->pass_count; p++)
         for (size_t i = 0; e->c->live[p] && i < g->passes.items[p]->uses.count; i++)
-            if (ng_use_info(g->passes.items[p]->uses.items[i].use)->host)
+            if (ng_use_info(g->passes.items[p]->uses.items[i].use)->host &&
+                !is_token(e, &g->passes.items[p]->uses.items[i]))
                 NG_TRY(make_host_visible(e, g->passes.items[p]->uses.items[i].resource));
     for (uint32_t i = 0; i < g->resources.count; i++)
         if (g->resources.items[i].readback)
@@ -325,6 +353,8 @@ static ng_result expand_pass(struct expand *e, uint32_t index)
     const struct ng_pass *p = e->g->passes.items[index];
     for (size_t i = 0; i < p->uses.count; i++) {
         const struct decl_use *u = &p->uses.items[i];
+        if (is_token(e, u))
+            continue;
         NG_TRY(ng_use_info(u->use)->host ? prepare_host(e, u) : prepare_gpu(e, u));
     }
     NG_TRY(open_step(e, NG_STEP_PASS, p->kind, p->name));
@@ -332,6 +362,8 @@ static ng_result expand_pass(struct expand *e, uint32_t index)
     e->g->plan.passes[index].step = (uint32_t)e->g->plan_steps.count - 1;
     for (size_t i = 0; i < p->uses.count; i++) {
         const struct decl_use *u = &p->uses.items[i];
+        if (is_token(e, u))
+            continue;
         struct ng_plan_use use = ng_use_info(u->use)->host ? host_use(e, u) : gpu_use(e, u);
         NG_TRY(add_use(e, &use));
     }
@@ -342,7 +374,7 @@ static ng_result expand_pass(struct expand *e, uint32_t index)
 
 static bool outlives_frame(enum ng_resource_kind kind)
 {
-    return kind != NG_RESOURCE_TRANSIENT && kind != NG_RESOURCE_STAGING;
+    return kind != NG_RESOURCE_TRANSIENT && kind != NG_RESOURCE_STAGING && kind != NG_RESOURCE_TOKEN;
 }
 
 // Content that lasts is defined in all its parts, and goes where the next frame, the owner or the reader
@@ -380,7 +412,8 @@ static ng_result expand_final(struct expand *e)
         const struct decl_resource *d = &g->resources.items[i];
         const struct ng_plan_resource *r = &g->plan_resources.items[i];
         uint32_t host = r->staging != NG_PLAN_NONE ? r->staging : i;
-        if (d->readback && g->plan_resources.items[host].host && g->plan_resources.items[host].written)
+        bool there = g->plan_resources.items[host].written || (host == i && d->has_content);
+        if (d->readback && g->plan_resources.items[host].host && there)
             NG_TRY(add_final_use(e, host, i, NG_USE_HOST_READ));
         bool used = r->first_step != NG_PLAN_NONE || d->has_content;
         if (d->kind == NG_RESOURCE_IMPORTED && d->is_image && d->final != NG_USE_NONE && used)

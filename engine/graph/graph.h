@@ -29,6 +29,12 @@
 // Culling: a pass runs if something that leaves the frame needs it: an export, a readback, a write to an
 // imported, persistent or history resource (but see NG_PASS_ON_DEMAND), or NG_PASS_SIDE_EFFECT.
 //
+// Keys: a pass that says what it follows from (ng_pass_params.key, graph/key.h) need not run again where that
+// and all that it reads are as they were. The graph hands keys on, from what a pass reads to what it writes,
+// and a persistent resource remembers the key of its content. Where that is the key which the frame's passes
+// would give it, it is current: they do not run for it, nor does whatever else only they needed. So a
+// provider declares all of its passes in every frame, and the graph decides. Details with ng_pass_params.
+//
 // Threads: a graph belongs to one thread. Memory: names and descriptions are copied into the frame; nothing
 // is allocated, neither on the host nor on the device, once the largest frame has been seen.
 #ifndef NG_GRAPH_GRAPH_H
@@ -60,11 +66,14 @@ struct ng_graph_params {
     bool no_culling;  // run passes that nothing needs
     bool no_aliasing; // give each resource memory of its own
     bool no_unified;  // copy buffers to and from CPU passes as if host memory were slow for the GPU
+    bool no_keys;     // run passes whose results are there already
 };
 
 NG_NODISCARD ng_result ng_graph_create(const struct ng_graph_params *params, struct ng_graph **out);
 // What the graph owns dies when the GPU is done with it.
 void ng_graph_destroy(struct ng_graph **graph);
+// From the next compilation on, as params.no_keys: for benchmarks.
+void ng_graph_ignore_keys(struct ng_graph *g, bool ignore);
 
 // Opens a frame; outside or inside of a frame of gpu/frame.h. Refs and passes of the last one are void from
 // here on.
@@ -105,15 +114,23 @@ struct ng_graph_ref ng_graph_add_buffer(struct ng_graph *g, const char *name,
                                         const struct ng_graph_buffer_params *params);
 
 // Persistent: owned by the graph under its name, keeps content from frame to frame. A frame may read it
-// without declaring a pass that writes it, so a pass whose inputs did not change is simply not declared.
-// `*valid` (may be null) is set to whether it has content: false when it is new, when its description
-// changed, or when the last pass that should have written it did not run; then a pass must write it, or the
-// clear value is its content. It lives as long as every frame declares it: a frame that leaves it out
-// releases it.
+// without declaring a pass that writes it. `*valid` (may be null) is set to whether it has content: false
+// when it is new, when its description changed, or when the last pass that should have written it did not
+// run; then a pass must write it, or the clear value is its content. It lives as long as every frame declares
+// it: a frame that leaves it out releases it. It takes memory from the first frame on in which a pass that
+// runs uses it.
+//
+// Passes that all have keys make it anew, from its clear value or from nothing, whenever one of them has to
+// run. Others find what was there.
 struct ng_graph_ref ng_graph_persistent_image(struct ng_graph *g, const char *name,
                                               const struct ng_graph_image_params *params, bool *valid);
 struct ng_graph_ref ng_graph_persistent_buffer(struct ng_graph *g, const char *name,
                                                const struct ng_graph_buffer_params *params, bool *valid);
+
+// Token: stands for what a pass makes outside of the graph's memory, a ray scene say. It takes no memory,
+// orders passes, and makes them needed as others are. It hands no key on: what a reader follows from there,
+// it says in its own key. CPU passes write it by NG_USE_HOST_WRITE and read it by NG_USE_HOST_READ.
+struct ng_graph_ref ng_graph_add_token(struct ng_graph *g, const char *name);
 
 // Drops the content of a persistent resource of this frame, which its producer is about to make anew: passes
 // find the clear value, as in a new one. Before any pass uses it.
@@ -149,13 +166,15 @@ void ng_graph_export(struct ng_graph *g, struct ng_graph_ref ref);
 
 // Records commands, or for CPU passes does the work. A failure is the callback's to log; the frame goes on
 // with the next pass, ng_graph_execute returns the first failure, and persistent resources the pass writes
-// count as not valid.
+// count as not valid. A pass with a key that reads what a failed pass should have written fails, too, without
+// being run.
 typedef ng_result (*ng_pass_fn)(const struct ng_pass_context *ctx);
 
 enum {
     NG_PASS_SIDE_EFFECT = 1, // runs even if nothing needs what it writes
     // Writing persistent resources is no reason to run: only if this frame reads what the pass writes. What a
-    // culled pass would have written is not valid in the next frame.
+    // culled pass would have written is not valid in the next frame, unless it has a key: then the content
+    // that is there is still that of its own key.
     NG_PASS_ON_DEMAND = 2,
 };
 
@@ -167,11 +186,17 @@ struct ng_pass_params {
     size_t data_size; // not 0: data is copied into the frame, so that it may be a local variable
     uint32_t flags;
     uint32_t width, height; // raster without attachments: render area
+    // Not 0: what the pass writes is a function of what this stands for and of what it reads, bit for bit.
+    // The name of the pass and the descriptions of what it writes count, too.
+    uint64_t key;
 };
 
 // Never null. Runs after passes declared before it, unless ng_pass_after says otherwise.
 struct ng_pass *ng_graph_add_pass(struct ng_graph *g, const struct ng_pass_params *params);
 void ng_pass_read(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use);
+// The same where only a part of that content matters, or none: `key` stands for it, instead of the content's
+// own.
+void ng_pass_read_as(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use, uint64_t key);
 // Returns the version written. Content outside of what the pass writes is kept, except by NG_USE_HOST_WRITE.
 struct ng_graph_ref ng_pass_write(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use);
 
@@ -256,7 +281,7 @@ struct ng_pass_stats {
     double cpu_ms; // last run: recording, or for CPU passes the work
     double gpu_ms; // last run whose result has arrived, a few frames late; 0 for CPU passes
     uint64_t runs;
-    uint64_t skipped; // declared, but culled
+    uint64_t skipped; // declared, but culled, or what it would write was current
 };
 // One entry per name that ever ran or was culled (of its first 63 characters), in order of first appearance;
 // borrowed until the next call.
@@ -264,8 +289,9 @@ const struct ng_pass_stats *ng_graph_stats(struct ng_graph *g, size_t *count);
 
 struct ng_graph_counters {
     uint64_t frames;
-    uint64_t objects_created; // images, buffers and memory ranges made so far: constant in the steady state
-    uint64_t transient_bytes; // device memory held for transient resources
+    uint64_t objects_created;  // images, buffers and memory ranges made so far: constant in the steady state
+    uint64_t transient_bytes;  // memory held for transient resources
+    uint64_t persistent_bytes; // and for persistent ones and histories, without the driver's padding
 };
 struct ng_graph_counters ng_graph_counters(const struct ng_graph *g);
 

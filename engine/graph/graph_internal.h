@@ -24,13 +24,19 @@ struct decl_resource {
         struct ng_gpu_buffer *buffer;
     } imported;
     bool readback; // its final content is to be in host memory
+    // Kept from earlier frames:
+    uint64_t kept_key; // of the content; 0: unknown
+    bool gpu_knows;    // a GPU pass may have used it
+    bool in_host_memory;
 };
 
 struct decl_use {
     uint32_t resource, version; // the version given; a write makes version + 1
     enum ng_use use;
     bool write;
-    bool known; // the ref was of this frame
+    bool known;    // the ref was of this frame
+    bool replaced; // read as `key`
+    uint64_t key;  // instead of the version's
     struct ng_graph_part part;
 };
 
@@ -41,6 +47,7 @@ struct ng_pass {
     ng_pass_fn run;
     void *data;
     uint32_t flags, width, height;
+    uint64_t key;
     NG_ARRAY(struct decl_use) uses;
     NG_ARRAY(const char *) after;
 };
@@ -50,10 +57,14 @@ struct ng_pass {
 // What outlives frames under a name: one object, or with history two that take turns.
 struct kept {
     char *name;
+    uint64_t hash; // of the name
     bool is_image, history;
     struct ng_graph_image_params image;
     struct ng_graph_buffer_params buffer;
     bool valid;      // object[newest] has content
+    uint64_t key;    // of that; 0: unknown
+    bool gpu_knows;  // a GPU pass has used it
+    bool host;       // a buffer in host memory
     uint32_t newest; // persistent: always 0
     struct ng_gpu_image *images[2];
     struct ng_gpu_buffer *buffers[2];
@@ -78,8 +89,8 @@ struct cached_object {
 
 // Memory of a plan's block: grown when a plan needs more, kept while the graph lives.
 struct memory_block {
-    bool host, images;
-    uint32_t slot; // host memory: which frame in flight it belongs to
+    bool host, cpu, images;
+    uint32_t slot; // host memory that the GPU reads: which frame in flight it belongs to
     uint32_t memory_types;
     uint64_t alignment;
     struct ng_gpu_memory memory;
@@ -113,10 +124,12 @@ struct ng_graph {
     NG_ARRAY(struct ng_plan_block) plan_blocks;
 
     NG_ARRAY(struct kept) kept;
-    size_t kept_next; // where graph_kept_find begins
+    NG_ARRAY(uint32_t) kept_slots; // hash table: index + 1 into kept, 0 empty
     NG_ARRAY(struct cached_object) cache;
     NG_ARRAY(struct memory_block) blocks;
-    struct physical *physical; // by plan resource; in the arena
+    struct physical *physical; // by plan resource; in the arena, as are:
+    uint64_t *final_keys;      // by resource: its key once the frame has run; 0: unknown
+    bool *current;             // by resource: as struct compile has it
     uint64_t executed;         // frames
     uint64_t objects_created;
     uint64_t slot_serials[NG_GPU_FRAMES]; // after which the host memory of a slot is free again; 0: it is
@@ -150,6 +163,9 @@ struct compile {
     uint32_t *order;         // passes as they run; all of them
     uint32_t order_count;
     bool *live;                      // by pass: not culled
+    uint64_t *keys;                  // by version; 0: unknown
+    bool *renewed;                   // by resource: persistent, and made from nothing by whoever writes it
+    bool *current;                   // by resource: its content is what its passes would make
     uint64_t *stages, *write_access; // by plan resource: everything that touches it (sync.c)
 };
 
@@ -157,6 +173,9 @@ struct compile {
 ng_result graph_validate(struct compile *c);
 // order.c: passes in an order that respects what they need; which of them something needs.
 ng_result graph_order(struct compile *c);
+// keys.c: what versions are made from; which persistent resources hold that already.
+ng_result graph_find_keys(struct compile *c);
+// order.c
 ng_result graph_cull(struct compile *c);
 // expand.c: steps and their uses: passes that run, clears, copies between GPU and host.
 ng_result graph_expand(struct compile *c);
@@ -179,13 +198,14 @@ struct written {
 struct kept *graph_kept_find(struct ng_graph *g, const char *name);
 // Whether what is kept answers to this description.
 bool graph_kept_fits(const struct kept *kept, const struct decl_resource *r);
+uint64_t graph_kept_bytes(const struct kept *kept);
 bool graph_same_params(const struct decl_resource *a, const struct decl_resource *b);
 // The size, alignment and memory types of a transient resource; without a device a plausible guess.
 ng_result graph_measure(struct ng_graph *g, struct ng_plan_resource *r);
 // Objects for all resources of the plan, from the cache where possible.
 ng_result graph_realise(struct ng_graph *g);
 // After the frame: layouts and validity of what is kept; releases what was not declared.
-void graph_retire(struct ng_graph *g, const struct written *written);
+void graph_retire(struct ng_graph *g, struct written *written);
 void graph_release_objects(struct ng_graph *g);
 
 // stats.c

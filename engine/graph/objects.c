@@ -95,17 +95,20 @@ static void drop_cached(struct ng_graph *g, size_t index)
 // The memory for a block of the plan in this frame, grown if need be; null on failure.
 static struct memory_block *block_memory(struct ng_graph *g, const struct ng_plan_block *want)
 {
-    uint32_t slot = want->host ? (uint32_t)(g->executed % NG_GPU_FRAMES) : 0;
+    uint32_t slot = want->host && !want->cpu ? (uint32_t)(g->executed % NG_GPU_FRAMES) : 0;
     size_t i = 0;
     for (; i < g->blocks.count; i++) {
         const struct memory_block *b = &g->blocks.items[i];
-        if (b->host == want->host && b->images == want->images && b->memory_types == want->memory_types &&
-            b->slot == slot)
+        if (b->host == want->host && b->cpu == want->cpu && b->images == want->images &&
+            b->memory_types == want->memory_types && b->slot == slot)
             break;
     }
     if (i == g->blocks.count) {
-        struct memory_block fresh = {
-            .host = want->host, .images = want->images, .slot = slot, .memory_types = want->memory_types};
+        struct memory_block fresh = {.host = want->host,
+                                     .cpu = want->cpu,
+                                     .images = want->images,
+                                     .slot = slot,
+                                     .memory_types = want->memory_types};
         if (!ng_array_push(&g->blocks, fresh)) {
             ng_out_of_memory("the render graph's memory blocks");
             return NULL;
@@ -189,18 +192,54 @@ static ng_result realise_transient(struct ng_graph *g, const struct ng_plan_reso
 
 // ---- What is kept by name ------------------------------------------------------------------------------
 
-// Frames name the same things in the same order, so the search goes on where the last one ended.
+// Slots of the table: index + 1 into kept, 0 empty; a power of two, at most half full.
+static bool index_kept(struct ng_graph *g)
+{
+    size_t size = 64;
+    while (size < g->kept.count * 4)
+        size *= 2;
+    g->kept_slots.count = 0;
+    if (!ng_array_resize(&g->kept_slots, size))
+        return false;
+    for (size_t i = 0; i < g->kept.count; i++) {
+        size_t k = g->kept.items[i].hash & (size - 1);
+        while (g->kept_slots.items[k])
+            k = (k + 1) & (size - 1);
+        g->kept_slots.items[k] = (uint32_t)i + 1;
+    }
+    return true;
+}
+
 struct kept *graph_kept_find(struct ng_graph *g, const char *name)
 {
-    size_t count = g->kept.count, at = g->kept_next;
-    for (size_t i = 0; name && i < count; i++, at++) {
-        at = at < count ? at : 0;
-        if (strcmp(g->kept.items[at].name, name) != 0)
-            continue;
-        g->kept_next = at + 1;
-        return &g->kept.items[at];
-    }
+    if (!name || !g->kept_slots.count)
+        return NULL;
+    size_t mask = g->kept_slots.count - 1, k = ng_hash_string(name) & mask;
+    for (; g->kept_slots.items[k]; k = (k + 1) & mask)
+        if (!strcmp(g->kept.items[g->kept_slots.items[k] - 1].name, name))
+            return &g->kept.items[g->kept_slots.items[k] - 1];
     return NULL;
+}
+
+static struct kept *add_kept(struct ng_graph *g, const char *name)
+{
+    size_t size = strlen(name) + 1;
+    char *copy = malloc(size);
+    if (!copy || !ng_array_push(&g->kept, (struct kept){.name = copy, .hash = ng_hash_string(name)})) {
+        free(copy);
+        return NULL;
+    }
+    memcpy(copy, name, size);
+    if (g->kept.count * 2 > g->kept_slots.count && !index_kept(g)) {
+        free(copy);
+        g->kept.count--;
+        return NULL;
+    }
+    size_t index = g->kept.count - 1, mask = g->kept_slots.count - 1, k = g->kept.items[index].hash & mask;
+    while (g->kept_slots.items[k] && g->kept_slots.items[k] != index + 1)
+        k = (k + 1) & mask;
+    g->kept_slots.items[k] = (uint32_t)index + 1;
+    return &g->kept.items[index];
 }
 
 static bool same_image(const struct ng_graph_image_params *a, const struct ng_graph_image_params *b)
@@ -226,6 +265,24 @@ bool graph_kept_fits(const struct kept *kept, const struct decl_resource *r)
            (r->is_image ? same_image(&kept->image, &r->image) : kept->buffer.size == r->buffer.size);
 }
 
+static uint64_t packed_bytes(const struct ng_graph_image_params *image)
+{
+    uint64_t texels = 0;
+    for (uint32_t m = 0; m < image->mips; m++)
+        texels += (uint64_t)ng_gpu_mip_extent(image->width, m) * ng_gpu_mip_extent(image->height, m);
+    return texels * image->layers * ng_gpu_format_size(image->format);
+}
+
+uint64_t graph_kept_bytes(const struct kept *k)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < 2; i++) {
+        bytes += k->images[i] ? packed_bytes(&k->image) : 0;
+        bytes += k->buffers[i] ? k->buffer.size : 0;
+    }
+    return bytes;
+}
+
 static void empty_kept(struct kept *k)
 {
     for (int i = 0; i < 2; i++) {
@@ -233,7 +290,8 @@ static void empty_kept(struct kept *k)
         ng_gpu_buffer_destroy(&k->buffers[i]);
         k->layouts[i] = VK_IMAGE_LAYOUT_UNDEFINED;
     }
-    k->valid = false;
+    k->valid = k->gpu_knows = k->host = false;
+    k->key = 0;
     k->newest = 0;
 }
 
@@ -270,25 +328,19 @@ static ng_result create_kept(struct ng_graph *g, const struct ng_plan_resource *
     }
     struct ng_gpu_buffer_params p = buffer_params(r);
     p.usage = 0; // all
-    p.memory = g->unified ? NG_GPU_MEMORY_READBACK : NG_GPU_MEMORY_DEVICE;
+    p.memory = g->unified || r->host ? NG_GPU_MEMORY_READBACK : NG_GPU_MEMORY_DEVICE;
+    k->host = p.memory == NG_GPU_MEMORY_READBACK;
     return ng_gpu_buffer_create(g->params.gpu, &p, &k->buffers[i]);
 }
 
 static struct kept *find_or_add_kept(struct ng_graph *g, const struct decl_resource *d)
 {
     struct kept *k = graph_kept_find(g, d->name);
-    if (!k) {
-        size_t size = strlen(d->name) + 1;
-        char *name = malloc(size);
-        if (!name || !ng_array_push(&g->kept, (struct kept){.name = name})) {
-            free(name);
-            return NULL;
-        }
-        memcpy(name, d->name, size);
-        k = &g->kept.items[g->kept.count - 1];
-    } else if (graph_kept_fits(k, d)) {
+    if (k && graph_kept_fits(k, d))
         return k;
-    }
+    k = k ? k : add_kept(g, d->name);
+    if (!k)
+        return NULL;
     empty_kept(k);
     k->is_image = d->is_image;
     k->history = has_history(d->kind);
@@ -305,8 +357,10 @@ static ng_result realise_kept(struct ng_graph *g, uint32_t index, struct physica
         return ng_out_of_memory(r->name);
     k->declared = true;
     uint32_t i = r->kind == NG_RESOURCE_CURRENT ? k->newest ^ 1u : k->newest;
-    if (!k->images[i] && !k->buffers[i])
+    bool used = r->first_step != NG_PLAN_NONE;
+    if (used && !k->images[i] && !k->buffers[i])
         NG_TRY(create_kept(g, r, k, i));
+    k->gpu_knows |= used && !r->cpu;
     *out = (struct physical){.image = k->images[i], .buffer = k->buffers[i], .turn = i};
     return NG_OK;
 }
@@ -325,6 +379,8 @@ static ng_result realise(struct ng_graph *g, uint32_t index, size_t *hint, struc
     case NG_RESOURCE_CURRENT:
     case NG_RESOURCE_HISTORY:
         return realise_kept(g, index, out);
+    case NG_RESOURCE_TOKEN:
+        return NG_OK;
     case NG_RESOURCE_TRANSIENT:
     case NG_RESOURCE_STAGING:
         return r->block == NG_PLAN_NONE ? NG_OK : realise_transient(g, r, hint, out);
@@ -343,16 +399,19 @@ ng_result graph_realise(struct ng_graph *g)
     return NG_OK;
 }
 
-// What passes that were culled would have written is out of date.
-static void invalidate_culled(struct ng_graph *g)
+// What passes that were culled would have written is out of date; unless it has a key, whose content it still
+// is, if they all were.
+static void invalidate_culled(const struct ng_graph *g, struct written *written)
 {
     for (uint32_t p = 0; p < g->pass_count; p++)
         for (size_t i = 0; g->plan.passes[p].step == NG_PLAN_NONE && i < g->passes.items[p]->uses.count;
              i++) {
             const struct decl_use *u = &g->passes.items[p]->uses.items[i];
             const struct decl_resource *r = &g->resources.items[u->resource];
-            if (u->write && r->kind == NG_RESOURCE_PERSISTENT)
-                graph_kept_find(g, r->name)->valid = false;
+            bool still =
+                g->current[u->resource] || (g->final_keys[u->resource] && !written[u->resource].written);
+            if (u->write && r->kind == NG_RESOURCE_PERSISTENT && !still)
+                written[u->resource].failed = true;
         }
 }
 
@@ -361,8 +420,12 @@ static void retire_resource(struct ng_graph *g, uint32_t index, bool written, bo
     const struct ng_plan_resource *r = &g->plan.resources[index];
     struct kept *k = graph_kept_find(g, r->name);
     k->layouts[g->physical[index].turn] = r->final_layout;
-    if (r->kind == NG_RESOURCE_PERSISTENT)
+    if (r->kind == NG_RESOURCE_PERSISTENT) {
         k->valid = (k->valid || written) && !failed;
+        k->key = failed ? 0 : written ? g->final_keys[index] : k->key;
+        if (r->first_step == NG_PLAN_NONE && !g->current[index] && g->final_keys[index])
+            empty_kept(k); // of another key, and nobody asks
+    }
     // A history whose frame failed stays at the last good one.
     if (r->kind == NG_RESOURCE_CURRENT && written && !failed) {
         k->swap = true;
@@ -370,15 +433,16 @@ static void retire_resource(struct ng_graph *g, uint32_t index, bool written, bo
     }
 }
 
-void graph_retire(struct ng_graph *g, const struct written *written)
+void graph_retire(struct ng_graph *g, struct written *written)
 {
-    invalidate_culled(g);
+    invalidate_culled(g, written);
     for (uint32_t i = 0; i < g->resources.count; i++) {
         enum ng_resource_kind kind = g->plan.resources[i].kind;
         if (kind == NG_RESOURCE_PERSISTENT || has_history(kind))
             retire_resource(g, i, written[i].written, written[i].failed);
     }
-    for (size_t i = g->kept.count; i-- > 0;) {
+    size_t before = g->kept.count;
+    for (size_t i = before; i-- > 0;) {
         struct kept *k = &g->kept.items[i];
         if (k->swap)
             k->newest ^= 1u;
@@ -389,6 +453,8 @@ void graph_retire(struct ng_graph *g, const struct written *written)
             ng_array_swap_remove(&g->kept, i);
         }
     }
+    if (g->kept.count < before)
+        (void)index_kept(g); // no larger than it was, so there is memory
     for (size_t i = g->cache.count; i-- > 0;)
         if (g->executed - g->cache.items[i].last_frame > UNUSED_FRAMES)
             drop_cached(g, i);
@@ -406,5 +472,6 @@ void graph_release_objects(struct ng_graph *g)
         ng_gpu_memory_free(g->params.gpu, &g->blocks.items[i].memory);
     ng_array_finish(&g->cache);
     ng_array_finish(&g->kept);
+    ng_array_finish(&g->kept_slots);
     ng_array_finish(&g->blocks);
 }

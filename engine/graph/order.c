@@ -127,7 +127,7 @@ ng_result graph_order(struct compile *c)
 
 // ---- Culling -------------------------------------------------------------------------------------------
 
-// Whether what the pass writes leaves the frame.
+// Whether what the pass writes leaves the frame, and is not there already.
 static bool is_sink(const struct compile *c, const struct ng_pass *p)
 {
     if (c->g->params.no_culling || (p->flags & NG_PASS_SIDE_EFFECT))
@@ -135,8 +135,9 @@ static bool is_sink(const struct compile *c, const struct ng_pass *p)
     for (size_t i = 0; i < p->uses.count; i++) {
         const struct decl_use *u = &p->uses.items[i];
         enum ng_resource_kind kind = c->g->resources.items[u->resource].kind;
-        bool on_demand = kind == NG_RESOURCE_PERSISTENT && (p->flags & NG_PASS_ON_DEMAND);
-        if (u->write && kind != NG_RESOURCE_TRANSIENT && !on_demand)
+        bool waits = kind == NG_RESOURCE_PERSISTENT && (p->flags & NG_PASS_ON_DEMAND);
+        bool leaves = kind != NG_RESOURCE_TRANSIENT && kind != NG_RESOURCE_TOKEN && !c->current[u->resource];
+        if (u->write && leaves && !waits)
             return true;
     }
     return false;
@@ -145,29 +146,62 @@ static bool is_sink(const struct compile *c, const struct ng_pass *p)
 static void mark_version(struct compile *c, uint32_t resource, uint32_t version)
 {
     uint32_t writer = c->writer[version_index(c, resource, version)];
-    if (writer != NG_PLAN_NONE)
+    if (writer != NG_PLAN_NONE && !c->current[resource])
         c->live[writer] = true;
 }
 
-// Passes are in order of need, so one walk from the last to the first reaches everything.
+static void mark_sinks(struct compile *c)
+{
+    const struct ng_graph *g = c->g;
+    for (size_t i = 0; i < g->exports.count; i++)
+        mark_version(c, REF_RESOURCE(g->exports.items[i]), REF_VERSION(g->exports.items[i]));
+    for (uint32_t r = 0; r < g->resources.count; r++)
+        if (g->resources.items[r].readback)
+            mark_version(c, r, c->first_version[r + 1] - c->first_version[r] - 1);
+}
+
+// Passes are in order of need, so one walk from the last to the first reaches everything. False: a pass that
+// has to run writes something that was taken for current, too; then it is not.
+static bool walk_back(struct compile *c)
+{
+    bool right = true;
+    mark_sinks(c);
+    for (uint32_t k = c->order_count; k-- > 0;) {
+        const struct ng_pass *p = c->g->passes.items[c->order[k]];
+        if (!c->live[c->order[k]] && !is_sink(c, p))
+            continue;
+        c->live[c->order[k]] = true;
+        for (size_t i = 0; i < p->uses.count; i++) {
+            const struct decl_use *u = &p->uses.items[i];
+            right &= !(u->write && c->current[u->resource]);
+            c->current[u->resource] &= !u->write;
+            mark_version(c, u->resource, u->version);
+        }
+    }
+    return right;
+}
+
+// What is made anew is made from nothing.
+static void forget_renewed(struct compile *c)
+{
+    struct ng_graph *g = c->g;
+    for (uint32_t p = 0; p < g->pass_count; p++)
+        for (size_t i = 0; c->live[p] && i < g->passes.items[p]->uses.count; i++) {
+            const struct decl_use *u = &g->passes.items[p]->uses.items[i];
+            if (u->write && c->renewed[u->resource])
+                g->resources.items[u->resource].has_content = false;
+        }
+}
+
 ng_result graph_cull(struct compile *c)
 {
     struct ng_graph *g = c->g;
     c->live = ng_arena_array(&g->arena, g->pass_count, sizeof *c->live);
     if (!c->live)
         return graph_no_memory(g);
-    for (size_t i = 0; i < g->exports.count; i++)
-        mark_version(c, REF_RESOURCE(g->exports.items[i]), REF_VERSION(g->exports.items[i]));
-    for (uint32_t r = 0; r < g->resources.count; r++)
-        if (g->resources.items[r].readback)
-            mark_version(c, r, c->first_version[r + 1] - c->first_version[r] - 1);
-    for (uint32_t k = c->order_count; k-- > 0;) {
-        const struct ng_pass *p = g->passes.items[c->order[k]];
-        if (!c->live[c->order[k]] && !is_sink(c, p))
-            continue;
-        c->live[c->order[k]] = true;
-        for (size_t i = 0; i < p->uses.count; i++)
-            mark_version(c, p->uses.items[i].resource, p->uses.items[i].version);
-    }
+    while (!walk_back(c)) // each time one resource fewer is current
+        ;
+    forget_renewed(c);
+    g->current = c->current;
     return NG_OK;
 }

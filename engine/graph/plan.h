@@ -19,6 +19,7 @@ enum ng_resource_kind {
     NG_RESOURCE_CURRENT, // this frame's version of something with history
     NG_RESOURCE_HISTORY, // the last frame's
     NG_RESOURCE_IMPORTED,
+    NG_RESOURCE_TOKEN,
     NG_RESOURCE_STAGING, // made by the graph: a linear copy of another resource in host memory
 };
 
@@ -29,6 +30,7 @@ struct ng_plan_resource {
     struct ng_graph_image_params image;   // counts are at least 1
     struct ng_graph_buffer_params buffer; // size: for staging, of the copy
     bool host;                            // in host-visible memory
+    bool cpu;                             // used by CPU passes alone
     VkImageUsageFlags image_usage;
     VkBufferUsageFlags buffer_usage;
     VkImageLayout initial_layout, final_layout;
@@ -44,7 +46,7 @@ struct ng_plan_resource {
 
 // Memory shared by transient resources.
 struct ng_plan_block {
-    bool host;
+    bool host, cpu;
     bool images; // images and buffers are kept apart (bufferImageGranularity)
     uint32_t memory_types;
     uint64_t size, alignment;
@@ -93,7 +95,8 @@ struct ng_plan_step {
 struct ng_plan_pass {
     const char *name;
     enum ng_pass_kind kind;
-    uint32_t step; // NONE: culled
+    uint32_t step; // NONE: culled, or
+    bool current;  // what it would write is there already
 };
 
 struct ng_plan {

@@ -95,5 +95,7 @@ struct ng_graph_counters ng_graph_counters(const struct ng_graph *g)
     struct ng_graph_counters c = {.frames = g->executed, .objects_created = g->objects_created};
     for (size_t i = 0; i < g->blocks.count; i++)
         c.transient_bytes += g->blocks.items[i].memory.size;
+    for (size_t i = 0; i < g->kept.count; i++)
+        c.persistent_bytes += graph_kept_bytes(&g->kept.items[i]);
     return c;
 }

@@ -245,7 +245,8 @@ static ng_result synchronise_step(struct sync *y, uint32_t index)
     return NG_OK;
 }
 
-// Buffers that last and that the host touches: the GPU may still be at work on them for an earlier frame.
+// Buffers that last and that the host touches: the GPU may still be at work on them for an earlier frame, if
+// it ever was.
 static void start(struct sync *y, uint32_t resource)
 {
     const struct ng_plan_resource *r = &y->g->plan_resources.items[resource];
@@ -253,6 +254,8 @@ static void start(struct sync *y, uint32_t resource)
     s->layout = r->initial_layout;
     s->gpu_batch = NG_PLAN_NONE;
     if (!r->host || r->kind == NG_RESOURCE_TRANSIENT || r->kind == NG_RESOURCE_STAGING)
+        return;
+    if (r->cpu && !y->g->resources.items[resource].gpu_knows)
         return;
     s->write_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     s->write_access = VK_ACCESS_2_MEMORY_WRITE_BIT;

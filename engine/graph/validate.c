@@ -94,6 +94,8 @@ static ng_result check_resource(struct ng_graph *g, const struct decl_resource *
 {
     if (!r->name[0])
         return graph_fail(g, "%s without a name", r->is_image ? "an image" : "a buffer");
+    if (r->kind == NG_RESOURCE_TOKEN)
+        return NG_OK;
     return r->is_image ? check_image(g, r) : check_buffer(g, r);
 }
 
@@ -144,6 +146,9 @@ static ng_result check_word(struct ng_graph *g, const struct ng_pass *p, const s
     if (!info->stages[p->kind])
         return graph_fail(g, "pass '%s' uses '%s' as %s, which a %s pass cannot do", p->name, r->name,
                           info->name, kind_names[p->kind]);
+    if (r->kind == NG_RESOURCE_TOKEN && u->use != NG_USE_HOST_READ && u->use != NG_USE_HOST_WRITE)
+        return graph_fail(g, "pass '%s' uses token '%s' as %s: it can be host read or host write", p->name,
+                          r->name, info->name);
     if (r->is_image ? !ng_use_of_images(u->use) : !ng_use_of_buffers(u->use))
         return graph_fail(g, "pass '%s' uses '%s' as %s, which is no use of %s", p->name, r->name, info->name,
                           r->is_image ? "images" : "buffers");

@@ -70,7 +70,6 @@ struct ng_light_maps {
         position; // RGBA32F array [rsm_views], NG_RSM_SIZE: world; w: 1 where there is a surface
     struct ng_graph_ref normal;     // RGBA16F, the same: shading normal towards the light
     struct ng_graph_ref flux;       // RGBA32F, the same: reflected flux, W
-    bool redrawn;                   // in this frame; otherwise it is the last result
     const struct ng_light_gpu *gpu; // light_gpu.h: what shaders need of the light
 };
 extern const struct ng_item_type ng_light_maps_item;

@@ -1,11 +1,12 @@
-// Each light's images are persistent resources of the graph. A hash of what the light's views show tells
-// whether they are still right; if so, no pass is declared and the last result is published again.
+// Each light's images are persistent resources of the graph, and their passes have keys: what the light's
+// views show. So the graph draws them when that has changed.
 #include "render/light_maps.h"
 
 #include "base/array.h"
 #include "base/hash.h"
 #include "base/log.h"
 #include "base/printable.h"
+#include "graph/key.h"
 #include "render/frame.h"
 #include "render/index_map.h"
 #include "render/light_gpu.h"
@@ -32,14 +33,6 @@ struct map_name {
     char text[NG_TEXT_SIZE + 16];
 };
 
-// What the persistent maps of a name show. They belong to the name, not to the light: of lights that share
-// one, the second becomes the first when that one goes.
-struct memory {
-    struct map_name name;
-    uint64_t depth_seen, surface_seen; // hashes
-    uint64_t last_frame;
-};
-
 // A light of this frame.
 struct observed {
     struct ng_light_gpu gpu;
@@ -50,11 +43,8 @@ struct observed {
 struct ng_light_maps_provider {
     struct ng_light_maps_params params;
     struct ng_gpu_pipeline *depth, *depth_masked, *surface, *surface_textured;
-    NG_ARRAY(struct memory) memory;
-    struct ng_index_map memory_of; // by hash of the name
     NG_ARRAY(struct observed) lights;
     struct ng_index_map names; // hashes of this frame's: how often each was asked for
-    uint64_t frame;
 };
 
 // ---- Pipelines -------------------------------------------------------------------------------------------
@@ -146,9 +136,7 @@ void ng_light_maps_destroy(struct ng_light_maps_provider **provider)
     ng_gpu_pipeline_destroy(&self->depth_masked);
     ng_gpu_pipeline_destroy(&self->surface);
     ng_gpu_pipeline_destroy(&self->surface_textured);
-    ng_array_finish(&self->memory);
     ng_array_finish(&self->lights);
-    ng_index_map_finish(&self->memory_of);
     ng_index_map_finish(&self->names);
     free(self);
     *provider = NULL;
@@ -218,7 +206,7 @@ uint32_t ng_light_maps_face_size(uint64_t budget, uint32_t faces)
     return size;
 }
 
-static uint64_t name_key(const char *name)
+static uint64_t hash_name(const char *name)
 {
     return ng_hash_string(name) | 1; // never 0
 }
@@ -232,53 +220,26 @@ static ng_result name_light(struct ng_light_maps_provider *self, size_t index, c
     snprintf(shown, sizeof shown, "%s", wanted[0] ? wanted : "light");
     ng_make_printable(shown); // passes are listed by name
     snprintf(name, room, "%s", shown);
-    uint32_t n = ng_index_map_get(&self->names, name_key(shown));
-    for (n = n == UINT32_MAX ? 1 : n; ng_index_map_get(&self->names, name_key(name)) != UINT32_MAX;)
+    uint32_t n = ng_index_map_get(&self->names, hash_name(shown));
+    for (n = n == UINT32_MAX ? 1 : n; ng_index_map_get(&self->names, hash_name(name)) != UINT32_MAX;)
         snprintf(name, room, "%s#%u", shown, ++n);
-    return ng_index_map_set(&self->names, name_key(shown), n) &&
-                   ng_index_map_set(&self->names, name_key(name), 1)
+    return ng_index_map_set(&self->names, hash_name(shown), n) &&
+                   ng_index_map_set(&self->names, hash_name(name), 1)
                ? NG_OK
                : ng_out_of_memory("the lights of a frame");
 }
 
-static struct memory *remember(struct ng_light_maps_provider *self, const struct map_name *name)
+static uint64_t key_of_views(const struct ng_frame_info *frame, const struct ng_light_gpu *l,
+                             const struct ng_light_view_data *views, uint32_t count)
 {
-    uint64_t key = name_key(name->text);
-    uint32_t known = ng_index_map_get(&self->memory_of, key);
-    if (known != UINT32_MAX)
-        return &self->memory.items[known];
-    if (!ng_array_push(&self->memory, (struct memory){.name = *name}) ||
-        !ng_index_map_set(&self->memory_of, key, (uint32_t)self->memory.count - 1))
-        return NULL;
-    return &self->memory.items[self->memory.count - 1];
-}
-
-// Removing moves entries. The map held as many, so setting does not fail.
-static void forget_unused_names(struct ng_light_maps_provider *self)
-{
-    size_t before = self->memory.count;
-    for (size_t i = self->memory.count; i-- > 0;)
-        if (self->memory.items[i].last_frame != self->frame)
-            ng_array_swap_remove(&self->memory, i);
-    if (self->memory.count == before)
-        return;
-    ng_index_map_clear(&self->memory_of);
-    for (uint32_t i = 0; i < self->memory.count; i++)
-        (void)ng_index_map_set(&self->memory_of, name_key(self->memory.items[i].name.text), i);
-}
-
-static uint64_t hash_views(const struct ng_frame_info *frame, const struct ng_light_gpu *l,
-                           const struct ng_light_view_data *views, uint32_t count)
-{
-    uint64_t hash = ng_hash_bytes(0, views, count * sizeof *views);
+    uint64_t key = ng_key_add_bytes(NG_KEY, views, count * sizeof *views);
     for (uint32_t i = 0; i < count; i++)
-        hash =
-            ng_hash_combine(hash, ng_scene_gpu_seen(frame->scene, views[i].view_projection, l->data.index));
-    return hash;
+        key = ng_key_add(key, ng_scene_gpu_seen(frame->scene, views[i].view_projection, l->data.index));
+    return key;
 }
 
 static struct ng_graph_ref persistent(struct ng_graph *g, const char *light, const char *what,
-                                      VkFormat format, uint32_t size, uint32_t layers, bool *valid)
+                                      VkFormat format, uint32_t size, uint32_t layers)
 {
     char name[160];
     snprintf(name, sizeof name, "rsm:%s/%s", light, what);
@@ -286,11 +247,11 @@ static struct ng_graph_ref persistent(struct ng_graph *g, const char *light, con
         g, name,
         &(struct ng_graph_image_params){
             .format = format, .width = size, .height = size, .layers = layers, .array = true, .clear = true},
-        valid);
+        NULL);
 }
 
 static struct ng_pass *add_pass(struct ng_graph *g, const struct pass_data *data, const char *group,
-                                const char *what, ng_pass_fn run, uint32_t flags)
+                                const char *what, ng_pass_fn run, uint32_t flags, uint64_t key)
 {
     char name[160];
     snprintf(name, sizeof name, "%s:%s/%s", group, data->light->name.text, what);
@@ -299,7 +260,8 @@ static struct ng_pass *add_pass(struct ng_graph *g, const struct pass_data *data
                                                          .run = run,
                                                          .data = data,
                                                          .data_size = sizeof *data,
-                                                         .flags = flags});
+                                                         .flags = flags,
+                                                         .key = key});
 }
 
 static uint32_t map_flags(const struct pass_data *data)
@@ -319,24 +281,37 @@ static void declare_bare_depth(struct ng_graph *g, const struct pass_data *data)
                                                            .layers = data->light->maps.depth_views,
                                                            .array = true,
                                                            .clear = true});
-    ng_pass_write(add_pass(g, data, "bare", "depth", draw_depth, NG_PASS_SIDE_EFFECT), map, NG_USE_DEPTH);
+    ng_pass_write(add_pass(g, data, "bare", "depth", draw_depth, NG_PASS_SIDE_EFFECT, 0), map, NG_USE_DEPTH);
 }
 
-// The pass draws a persistent map anew: nothing of what it held may stay.
-static struct ng_graph_ref redraw(struct ng_graph *g, struct ng_pass *pass, struct ng_graph_ref map,
-                                  enum ng_use use)
+static void declare_depth(struct ng_graph *g, const struct pass_data *data)
 {
-    ng_graph_forget(g, map);
-    return ng_pass_write(pass, map, use);
+    struct ng_light_maps *m = &data->light->maps;
+    const struct ng_light_gpu *l = &data->light->gpu;
+    uint64_t key = key_of_views(data->frame, l, l->depth_views, l->depth_view_count);
+    struct ng_pass *pass = add_pass(g, data, "rsm", "depth", draw_depth, map_flags(data), key);
+    m->depth = persistent(g, m->name, "depth", VK_FORMAT_D32_SFLOAT, m->face_size, m->depth_views);
+    m->depth = ng_pass_write(pass, m->depth, NG_USE_DEPTH);
 }
 
 static void declare_surface(struct ng_graph *g, const struct pass_data *data)
 {
     struct ng_light_maps *m = &data->light->maps;
-    struct ng_pass *pass = add_pass(g, data, "rsm", "surface", draw_surface, map_flags(data));
-    m->position = redraw(g, pass, m->position, NG_USE_COLOR);
-    m->normal = redraw(g, pass, m->normal, NG_USE_COLOR);
-    m->flux = redraw(g, pass, m->flux, NG_USE_COLOR);
+    const struct ng_light_gpu *l = &data->light->gpu;
+    uint64_t key = ng_key_add(key_of_views(data->frame, l, l->rsm_views, l->rsm_view_count),
+                              data->frame->snapshot->lights[m->light].version);
+    struct ng_pass *pass = add_pass(g, data, "rsm", "surface", draw_surface, map_flags(data), key);
+    struct {
+        struct ng_graph_ref *ref;
+        const char *what;
+        VkFormat format;
+    } maps[] = {{&m->position, "position", VK_FORMAT_R32G32B32A32_SFLOAT},
+                {&m->normal, "normal", VK_FORMAT_R16G16B16A16_SFLOAT},
+                {&m->flux, "flux", VK_FORMAT_R32G32B32A32_SFLOAT}};
+    for (size_t i = 0; i < NG_COUNT(maps); i++) {
+        *maps[i].ref = persistent(g, m->name, maps[i].what, maps[i].format, NG_RSM_SIZE, m->rsm_views);
+        *maps[i].ref = ng_pass_write(pass, *maps[i].ref, NG_USE_COLOR);
+    }
     char name[160];
     snprintf(name, sizeof name, "rsm:%s/surface depth", m->name);
     ng_pass_write(pass,
@@ -348,39 +323,6 @@ static void declare_surface(struct ng_graph *g, const struct pass_data *data)
                                                                      .array = true,
                                                                      .clear = true}),
                   NG_USE_DEPTH);
-}
-
-static void declare_light(struct ng_graph *g, const struct pass_data *data, struct memory *memory)
-{
-    struct ng_light_maps *m = &data->light->maps;
-    const struct ng_light_gpu *l = &data->light->gpu;
-    const struct ng_snapshot_light *light = &data->frame->snapshot->lights[m->light];
-    bool always = data->self->params.always, valid[4];
-    m->depth = persistent(g, m->name, "depth", VK_FORMAT_D32_SFLOAT, m->face_size, m->depth_views, &valid[0]);
-    m->position = persistent(g, m->name, "position", VK_FORMAT_R32G32B32A32_SFLOAT, NG_RSM_SIZE, m->rsm_views,
-                             &valid[1]);
-    m->normal =
-        persistent(g, m->name, "normal", VK_FORMAT_R16G16B16A16_SFLOAT, NG_RSM_SIZE, m->rsm_views, &valid[2]);
-    m->flux =
-        persistent(g, m->name, "flux", VK_FORMAT_R32G32B32A32_SFLOAT, NG_RSM_SIZE, m->rsm_views, &valid[3]);
-
-    uint64_t depth_seen = hash_views(data->frame, l, l->depth_views, l->depth_view_count);
-    uint64_t surface_seen =
-        ng_hash_combine(hash_views(data->frame, l, l->rsm_views, l->rsm_view_count), light->version);
-    bool depth_stale = always || !valid[0] || memory->depth_seen != depth_seen;
-    bool surface_stale =
-        always || !valid[1] || !valid[2] || !valid[3] || memory->surface_seen != surface_seen;
-    if (depth_stale)
-        m->depth =
-            redraw(g, add_pass(g, data, "rsm", "depth", draw_depth, map_flags(data)), m->depth, NG_USE_DEPTH);
-    if (surface_stale)
-        declare_surface(g, data);
-    m->redrawn = depth_stale || surface_stale;
-    memory->depth_seen = depth_seen;
-    memory->surface_seen = surface_seen;
-    memory->last_frame = data->self->frame;
-    if (data->self->params.bare_depth)
-        declare_bare_depth(g, data);
 }
 
 // Fills self->lights with the lights that are on.
@@ -424,18 +366,16 @@ static ng_result produce(struct ng_composer *composer, void *user)
     struct ng_light_maps_provider *self = user;
     struct ng_graph *g = ng_composer_graph(composer);
     struct pass_data data = {.self = self, .frame = ng_composer_get(composer, &ng_frame_item, 0)};
-    self->frame++;
     NG_TRY(observe_lights(self, data.frame));
     for (size_t i = 0; i < self->lights.count; i++) {
         data.light = &self->lights.items[i];
-        struct memory *memory = remember(self, &data.light->name);
-        if (!memory)
-            return ng_out_of_memory("the lights of a frame");
         NG_TRY(ng_light_gpu_record(self->params.gpu, &data.light->gpu));
-        declare_light(g, &data, memory);
+        declare_depth(g, &data);
+        declare_surface(g, &data);
+        if (self->params.bare_depth)
+            declare_bare_depth(g, &data);
         NG_TRY(ng_composer_publish(composer, &ng_light_maps_item, &data.light->maps));
     }
-    forget_unused_names(self);
     return NG_OK;
 }
 

@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "base/log.h"
+#include "graph/key.h"
 #include "render/passes.h"
 
 #include <cglm/cglm.h>
@@ -368,11 +369,11 @@ uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *s, const float *view_proje
 {
     float planes[6][4];
     frustum_planes(view_projection, planes);
-    uint64_t hash = 0;
+    uint64_t key = NG_KEY;
     for (uint32_t i = 0; i < s->snapshot->instance_count; i++) {
         const struct ng_snapshot_instance *instance = &s->snapshot->instances[i];
         if (!is_skipped(s->snapshot, instance, skip_light) && inside(planes, instance))
-            hash = ng_hash_combine(ng_hash_combine(hash, instance->entity.id), instance->version);
+            key = ng_key_add(ng_key_add(key, instance->entity.id), instance->version);
     }
-    return hash;
+    return key;
 }

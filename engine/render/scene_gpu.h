@@ -77,7 +77,7 @@ struct ng_draw_params {
 NG_NODISCARD ng_result ng_scene_gpu_draw(struct ng_scene_gpu *scene, struct ng_cmd *cmd,
                                          const struct ng_draw_params *params);
 
-// A hash of everything that a view of the scene shows (ids, versions): equal hashes, equal pictures.
+// A key (graph/key.h) of everything that a view of the scene shows.
 uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *scene, const float *view_projection,
                            uint32_t skip_light);
 

@@ -349,7 +349,9 @@ static void read_access(struct reader *r, const struct ng_plan_step *step, uint3
         for (size_t i = 0; q != resource && overlap(&plan->resources[q], &plan->resources[resource]) &&
                            i < r->places[q].records.count;
              i++)
-            if (b.stages & ~r->places[q].records.items[i].ordered || !r->places[q].records.items[i].available)
+            if (!(b.host && r->places[q].records.items[i].host) && // CPU passes run one after another
+                (b.stages & ~r->places[q].records.items[i].ordered ||
+                 !r->places[q].records.items[i].available))
                 complain(r, "access to memory that another resource still uses");
     p->seen = true;
     if (!b.write)
@@ -385,6 +387,18 @@ static void read_content(struct reader *r, const struct ng_plan_step *step)
     }
 }
 
+// Whether the GPU has any part in a resource of a graph that is new.
+static bool gpu_touches(const struct ng_plan *plan, uint32_t resource)
+{
+    for (uint32_t s = 0; s < plan->step_count; s++)
+        for (uint32_t k = 0; k < plan->steps[s].use_count; k++) {
+            const struct ng_plan_use *u = &plan->uses[plan->steps[s].first_use + k];
+            if (u->resource == resource && !ng_use_info(u->use)->host)
+                return true;
+        }
+    return false;
+}
+
 static void start_places(struct reader *r, const struct random_frame *f)
 {
     for (uint32_t i = 0; i < r->plan->resource_count; i++) {
@@ -395,7 +409,8 @@ static void start_places(struct reader *r, const struct random_frame *f)
         p->layout = res->initial_layout;
         p->content = i < f->resource_count && f->resources[i].content ? 0 : -1;
         bool lasts = i < f->resource_count && f->resources[i].lasts;
-        if (!lasts || !res->host)
+        if (!lasts || !res->host ||
+            (!f->resources[i].import && !f->resources[i].clear && !gpu_touches(r->plan, i)))
             continue;
         // The last frame's GPU may still be at it; the opening barrier orders only the GPU after that.
         struct record before = {.stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
