@@ -7,8 +7,8 @@
 #include "base/log.h"
 #include "base/rng.h"
 #include "base/system.h"
+#include "lightformer/clues/clues.h"
 #include "lightformer/dataset/sampler.h"
-#include "lightformer/encode/encode.h"
 #include "lightformer/reference/reference.h"
 #include "render/snapshot.h"
 

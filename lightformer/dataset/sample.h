@@ -4,7 +4,7 @@
 #define LF_DATASET_SAMPLE_H
 
 #include "base/extern_c.h"
-#include "lightformer/encode/observe.h"
+#include "lightformer/dataset/capture.h"
 #include "lightformer/tensors/tensors.h"
 
 NG_EXTERN_C_BEGIN

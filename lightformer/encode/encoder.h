@@ -27,7 +27,7 @@
 
 #include "base/extern_c.h"
 #include "graph/provider.h"
-#include "lightformer/encode/encode.h"
+#include "lightformer/clues/clues.h"
 
 #include <stdbool.h>
 

@@ -3,7 +3,8 @@
 // milliseconds are medians over rounds; errors relative to a reference of SPP samples (0: none).
 #include "app/stage.h"
 #include "base/system.h"
-#include "lightformer/encode/encode.h"
+#include "lightformer/clues/clues.h"
+#include "lightformer/dataset/capture.h"
 #include "lightformer/reference/reference.h"
 #include "lightformer/trace/tracer.h"
 

@@ -5,7 +5,7 @@
 
 #include "../reference/scene.h"
 
-#include "lightformer/encode/encode.h"
+#include "lightformer/clues/clues.h"
 
 struct picture {
     uint32_t width, height, lights;

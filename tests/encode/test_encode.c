@@ -2,7 +2,7 @@
 #include "picture.h"
 
 #include "components/light_directional.h"
-#include "lightformer/encode/clues_internal.h"
+#include "lightformer/clues/clues_internal.h"
 
 #include <math.h>
 

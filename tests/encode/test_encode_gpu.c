@@ -2,6 +2,7 @@
 #include "picture.h"
 
 #include "app/stage.h"
+#include "lightformer/dataset/capture.h"
 
 #include <math.h>
 

@@ -11,7 +11,7 @@
 #include "components/light_rectangle.h"
 #include "components/light_sphere.h"
 #include "components/light_spot.h"
-#include "lightformer/encode/kernels.h"
+#include "lightformer/clues/kernels.h"
 #include "scene/world.h"
 
 #include <math.h>

@@ -14,6 +14,21 @@ function fail(what) {
     failed = 1
 }
 
+# The room of a file or header, by its path below engine/ or the root: its folder in lightformer/, else the
+# top one. A header without a folder has none.
+function room_of(path) {
+    if (path ~ /^lightformer\//)
+        sub(/\/[^\/]*$/, "", path)
+    else if (!sub(/\/.*/, "", path))
+        return ""
+    return path
+}
+
+# Whether a room is another, or inside it.
+function is_inside(room, other) {
+    return index(room "/", other "/") == 1
+}
+
 # Whether a header is in a table of names, where a name that ends with "/" stands for all below it.
 function listed(table, header,    top) {
     top = header
@@ -49,8 +64,9 @@ FILENAME != "-" {
     split($0, part, ":")
     file = part[1]
     line = part[2]
-    split(file, folder, "/")
-    room = folder[1] == "engine" ? folder[2] : folder[1]
+    path = file
+    sub(/^engine\//, "", path)
+    room = room_of(path)
     if (!(room in room_known)) {
         fail("room \"" room "\" is not in rules.txt")
         next
@@ -60,15 +76,12 @@ FILENAME != "-" {
 
 match($0, /"[^"]+"/) {
     header = substr($0, RSTART + 1, RLENGTH - 2)
-    if (header !~ /\//)
-        next # beside the file that includes it
-    target = header
-    sub(/\/.*/, "", target)
-    if (!(target in room_known))
-        next # beside it too, in a folder below
+    target = room_of(header)
+    if (!(target in room_known) && header !~ /^lightformer\//)
+        next # beside the file that includes it, or in a folder below
     if (!((room, target) in may))
         fail(room " may not include " target " (\"" header "\")")
-    else if (header ~ /_internal\.h$/ && target != room)
+    else if (header ~ /_internal\.h$/ && !is_inside(room, target))
         fail("\"" header "\" belongs to " target " alone")
     next
 }

@@ -3,8 +3,8 @@
 
 #include "base/file.h"
 #include "base/hash.h"
+#include "lightformer/clues/captured.h"
 #include "lightformer/dataset/manifest.h"
-#include "lightformer/encode/observe.h"
 #include "lightformer/tensors/json_reader.h"
 #include "lightformer/tensors/tensors.h"
 

@@ -21,7 +21,7 @@ from .figures import Truth
 from .quality import finish, positive, seed
 from .renderer import PROGRAM, ROOT, Renderer, variation
 
-METAL, SMOOTH = 0.2, 0.5  # F0 above which, roughness below which (lightformer/encode)
+METAL, SMOOTH = 0.2, 0.5  # F0 above which, roughness below which (lightformer/clues)
 SIZE = 512  # pixels a side, as dataset makes whole pictures
 
 

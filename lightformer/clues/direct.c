@@ -1,0 +1,250 @@
+// Unshadowed direct light. Pixels are sorted into rough and smooth ones, a run at a time, so that all lanes
+// of a kernel do the same work.
+#include "lightformer/clues/clues_internal.h"
+
+#include "lightformer/trace/vec.h"
+#include "shaders/shared/brdf.h"
+
+#include <string.h>
+
+#define RUN 1024 // pixels, a job
+
+// ---- directions of the BRDF, for lights without a closed form ---------------------------------------------
+
+// One lane as numbers.
+struct lane {
+    float world[3], albedo[3], f0[3];
+    struct lf_lobe lobe;
+    struct lf_frame frame; // around its normal
+    struct ng_local_direction view;
+};
+
+static void read_lane(const struct lf_light_clues *light, const struct lf_points *p, uint32_t i,
+                      struct lane *out)
+{
+    float position[3];
+    for (int c = 0; c < 3; c++) {
+        position[c] = p->position[c][i];
+        out->lobe.normal[c] = p->normal[c][i];
+        out->lobe.flat[c] = p->flat[c][i];
+        out->lobe.view[c] = p->view[c][i];
+        out->albedo[c] = p->albedo[c][i];
+        out->f0[c] = p->f0[c][i];
+    }
+    out->lobe.roughness = p->roughness[i];
+    out->frame = lf_frame_around(p->normal[0][i], p->normal[1][i], p->normal[2][i]);
+    out->view = lf_lobe_view(&out->lobe, &out->frame);
+    lf_to_world(&light->space, position, out->world);
+}
+
+// What a direction meets of the light, as if there were nothing else.
+struct meeting {
+    const struct lf_encode_scene *scene;
+    const struct lf_light_clues *light;
+    const struct lane *lane;
+    const float *direction;
+    float pdf;    // of the direction, times the number of directions
+    float sum[3]; // radiance / (pdf + density of the light's samples)
+};
+
+static void add_meeting(struct meeting *m, const struct ng_light_hit *hit)
+{
+    float seen[3], samples = (float)m->light->shape.sample_count;
+    ng_light_seen_at(&m->light->unit, hit, seen);
+    float density = samples * ng_light_pdf_at(&m->light->unit, hit);
+    if (density > 0)
+        lf_mad(m->sum, seen, 1 / (m->pdf + density), m->sum);
+}
+
+static void meet_emitter(void *user, const struct lf_hit *hit)
+{
+    struct meeting *m = user;
+    if (lf_tracer_snapshot(m->scene->tracer)->instances[hit->instance].light != m->light->light)
+        return;
+    struct ng_light_hit h = {.distance = hit->distance, .triangle = hit->triangle};
+    memcpy(h.position, hit->position, sizeof h.position);
+    memcpy(h.direction, m->direction, sizeof h.direction);
+    memcpy(h.barycentric, hit->barycentric, sizeof h.barycentric);
+    add_meeting(m, &h);
+}
+
+static void meet(struct meeting *m)
+{
+    struct lf_ray ray = {.near = 0, .far = INFINITY};
+    memcpy(ray.direction, m->direction, sizeof ray.direction);
+    if (m->light->unit.type->infinite) {
+        struct ng_light_hit hit = {.distance = INFINITY};
+        memcpy(hit.direction, m->direction, sizeof hit.direction);
+        add_meeting(m, &hit);
+        return;
+    }
+    lf_trace_origin(m->scene->tracer, m->lane->world, m->lane->lobe.flat, m->direction, ray.origin);
+    lf_trace_emitters(m->scene->tracer, &ray, meet_emitter, m);
+}
+
+// One direction's share of the glossy light.
+static void add_direction(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+                          const struct lane *lane, const float u[3], float glossy[3])
+{
+    float roughness = lane->lobe.roughness;
+    struct ng_local_direction h = ng_brdf_half(lane->view, roughness, u[0], u[1], u[2]);
+    struct ng_local_direction l = ng_brdf_reflect(lane->view, h);
+    float direction[3], pdf = ng_brdf_sample_pdf(lane->view.z, h.z, roughness);
+    lf_lobe_to_world(&lane->frame, &l, direction);
+    if (!(l.z > 0) || !(lf_dot(direction, lane->lobe.flat) > 0) || !(pdf > 0))
+        return;
+    struct meeting m = {
+        .scene = scene, .light = light, .lane = lane, .direction = direction, .pdf = pdf * LF_LOBE_SAMPLES};
+    meet(&m);
+    float vh = fmaxf(lane->view.x * h.x + lane->view.y * h.y + lane->view.z * h.z, 0);
+    float square = light->space.radius * light->space.radius / light->phi;
+    float lobe = ng_brdf_lobe(l.z, lane->view.z, h.z, roughness) * l.z * square;
+    for (int c = 0; c < 3; c++)
+        glossy[c] += lf_finite(lobe * ng_brdf_f(vh, lane->f0[c]) * m.sum[c]);
+}
+
+static void add_lobes(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+                      const struct lf_points *points, uint32_t count, struct lf_lit *out)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        struct lane lane;
+        float glossy[3] = {0};
+        read_lane(light, points, i, &lane);
+        for (int k = 0; k < LF_LOBE_SAMPLES; k++)
+            add_direction(scene, light, &lane, lf_lobe_samples[k], glossy);
+        for (int c = 0; c < 3; c++)
+            out->glossy[c][i] += glossy[c];
+    }
+}
+
+// ---- directions around the normal, near lights without a closed form -------------------------------------
+
+// Adds what a direction finds of the diffuse light, and of the glossy one if nobody else does.
+static void add_direction_around(struct meeting *m, const struct ng_local_direction *l, float share,
+                                 bool specular, float diffuse[3], float glossy[3])
+{
+    const struct lane *lane = m->lane;
+    const struct ng_local_direction v = lane->view;
+    float roughness = lane->lobe.roughness, h[3] = {l->x + v.x, l->y + v.y, l->z + v.z};
+    if (!lf_normalize(h))
+        return;
+    float vh = fmaxf(v.x * h[0] + v.y * h[1] + v.z * h[2], 0);
+    float square = m->light->space.radius * m->light->space.radius / m->light->phi;
+    float scale = share * l->z * square, lobe = specular ? ng_brdf_lobe(l->z, v.z, h[2], roughness) : 0;
+    meet(m);
+    for (int c = 0; c < 3; c++) {
+        float light = scale * m->sum[c];
+        diffuse[c] += lf_finite(light * ng_brdf_diffuse(l->z, v.z, vh, lane->albedo[c], lane->f0[c]));
+        glossy[c] += lf_finite(light * lobe * ng_brdf_f(vh, lane->f0[c]));
+    }
+}
+
+static void add_lane_around(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+                            const struct lane *lane, float share, bool specular, float diffuse[3],
+                            float glossy[3])
+{
+    float u[LF_AROUND_SAMPLES][3], direction[3];
+    lf_lobe_wind(LF_AROUND_SAMPLES, u);
+    for (int k = 0; k < LF_AROUND_SAMPLES; k++) {
+        float sine = sqrtf(u[k][2]);
+        struct ng_local_direction l = {u[k][0] * sine, u[k][1] * sine, sqrtf(1 - u[k][2])};
+        lf_lobe_to_world(&lane->frame, &l, direction);
+        struct meeting m = {.scene = scene,
+                            .light = light,
+                            .lane = lane,
+                            .direction = direction,
+                            .pdf = share * LF_AROUND_SAMPLES * l.z / NG_PI};
+        if (lf_dot(direction, lane->lobe.flat) > 0)
+            add_direction_around(&m, &l, share, specular, diffuse, glossy);
+    }
+}
+
+static void add_around(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+                       const struct lf_points *points, uint32_t count, bool specular, struct lf_lit *out)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        struct lane lane;
+        float diffuse[3] = {0}, glossy[3] = {0};
+        if (!(out->share[i] > 0))
+            continue;
+        read_lane(light, points, i, &lane);
+        add_lane_around(scene, light, &lane, out->share[i], specular, diffuse, glossy);
+        for (int c = 0; c < 3; c++) {
+            out->diffuse[c][i] += diffuse[c];
+            out->glossy[c][i] += glossy[c];
+        }
+    }
+}
+
+void lf_direct_at(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+                  const struct lf_points *points, uint32_t count, bool smooth, struct lf_lit *out)
+{
+    bool lobes = smooth && !light->unit.type->delta;
+    lf_kernels_of(0)->direct(&light->shape, points, lobes, out);
+    if (!light->lobes_by_hand || !light->shape.sample_count)
+        return;
+    if (lobes)
+        add_lobes(scene, light, points, count, out);
+    add_around(scene, light, points, count, !lobes, out);
+}
+
+// ---- pixels ----------------------------------------------------------------------------------------------
+
+struct lighting {
+    const struct lf_encode_scene *scene;
+    const struct lf_pixel_clues *pixels;
+    const struct lf_light_clues *light;
+    float *const *diffuse, *const *glossy;
+};
+
+static void light_lanes(const struct lighting *l, const size_t *list, uint32_t count, bool smooth)
+{
+    struct lf_points points;
+    struct lf_lit lit;
+    for (uint32_t i = 0; i < LF_LANES; i++)
+        lf_points_set_pixel(l->pixels, list[i < count ? i : 0], (int)i, &points);
+    lf_direct_at(l->scene, l->light, &points, count, smooth, &lit);
+    for (int c = 0; c < 3; c++)
+        for (uint32_t i = 0; i < count; i++) {
+            l->diffuse[c][list[i]] = lf_finite(lit.diffuse[c][i]);
+            l->glossy[c][list[i]] = lf_finite(lit.glossy[c][i]);
+        }
+}
+
+static void light_list(const struct lighting *l, const size_t *list, uint32_t count, bool smooth)
+{
+    for (uint32_t i = 0; i < count; i += LF_LANES)
+        light_lanes(l, list + i, count - i < LF_LANES ? count - i : LF_LANES, smooth);
+}
+
+static void light_runs(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct lighting *l = user;
+    size_t all = (size_t)l->pixels->width * l->pixels->height;
+    for (size_t run = begin; run < end; run++) {
+        size_t rough[RUN], smooth[RUN];
+        uint32_t rough_count = 0, smooth_count = 0;
+        for (size_t i = run * RUN; i < all && i < (run + 1) * RUN; i++) {
+            if (!(l->pixels->mask[i] > 0)) {
+                for (int c = 0; c < 3; c++)
+                    l->diffuse[c][i] = l->glossy[c][i] = 0;
+                continue;
+            }
+            if (l->pixels->roughness[i] < LF_SMOOTH)
+                smooth[smooth_count++] = i;
+            else
+                rough[rough_count++] = i;
+        }
+        light_list(l, rough, rough_count, false);
+        light_list(l, smooth, smooth_count, true);
+    }
+}
+
+void lf_direct_view(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                    const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3])
+{
+    struct lighting lighting = {scene, pixels, light, diffuse, glossy};
+    size_t all = (size_t)pixels->width * pixels->height;
+    ng_jobs_for(scene->jobs, (uint32_t)((all + RUN - 1) / RUN), 1, light_runs, &lighting);
+}

@@ -1,0 +1,125 @@
+// What takes the time: unshadowed direct light of one light, light of RSM texels, and rays to a light, at
+// sixteen surfaces at once; and what a surface reflects of the rays around it. Plain C that the compiler
+// vectorizes, built for several instruction sets; all give the same bytes.
+//
+// Lengths are in radii of the scene's sphere, relative to its centre; powers are shares of the light's power.
+// So radiance comes out at unit power with 1 / R^2 taken out, as lightformer/net/inputs.inc wants it.
+#ifndef LF_CLUES_KERNELS_H
+#define LF_CLUES_KERNELS_H
+
+#include "base/extern_c.h"
+#include "lightformer/clues/brdf_samples.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+NG_EXTERN_C_BEGIN
+
+#define LF_LANES 16
+
+// Surfaces that light falls on, by lane. Lanes that are not in use hold any finite numbers.
+struct lf_points {
+    float position[3][LF_LANES];
+    float normal[3][LF_LANES]; // shading, unit
+    float flat[3][LF_LANES];   // geometric, unit, towards the viewer
+    float view[3][LF_LANES];   // unit, to the viewer
+    float albedo[3][LF_LANES], f0[3][LF_LANES], roughness[LF_LANES];
+};
+
+struct lf_lit {
+    float diffuse[3][LF_LANES], glossy[3][LF_LANES];
+    // Near an emitter its samples show one by one; there directions around the normal share its light with
+    // them: this part of each counts. 0 elsewhere.
+    float share[LF_LANES];
+};
+
+#define LF_AROUND_SAMPLES 64
+
+enum lf_emitter {
+    LF_EMITTER_POINT,     // samples are points with a cone
+    LF_EMITTER_DIRECTION, // samples are directions at infinity
+    LF_EMITTER_SURFACE,   // samples are points of any surface
+    LF_EMITTER_RECTANGLE, // samples are points of a uniform rectangle (or parallelogram)
+    LF_EMITTER_DISK,      // ... of a uniform disk (or ellipse)
+    LF_EMITTER_SPHERE,    // a uniform sphere: no samples, it is sampled as it is seen
+};
+
+struct lf_light_sample {
+    float position[3];
+    float normal[3]; // of a surface: unit; direction: where the light travels; point: axis
+    float weight[3]; // of a surface: radiance * area; point: intensity on the axis; direction: irradiance
+    float density;   // samples per area (direction: per solid angle), for multiple importance sampling
+};
+
+#define LF_LIGHT_SAMPLES 64
+
+// A light as the kernels take it.
+struct lf_light_shape {
+    enum lf_emitter emitter;
+    uint32_t sample_count;
+    struct lf_light_sample samples[LF_LIGHT_SAMPLES];
+    float cone_scale, cone_offset; // of points: falloff = clamp(cos * scale + offset)^2
+    // Rectangle, disk, sphere.
+    float center[3], normal[3]; // normal: the side that emits
+    float u[3], v[3];           // local coordinates of x: (x - center) . u, .v; from -1 to 1 on the shape
+    float area, radius;         // radius: of a sphere, or around the others
+    float skin;                 // rays end so far off the surface
+    // Half the width that four samples in a row cover: from nearer than that they show one by one. Of any
+    // surface, whose samples lie within `radius` around `center`: where they are sparsest.
+    float coarseness;
+    float radiance[3];
+};
+
+// A direct VPL of the second bounce: a group of RSM texels.
+struct lf_bounce_source {
+    float position[3], normal[3];
+    float flux[3]; // reflected
+    float area;    // of the surface that it stands for
+};
+
+// Rays to a light, by lane.
+struct lf_aim {
+    float direction[3][LF_LANES], distance[LF_LANES]; // to a point of the light, or its skin off it
+    float weight[LF_LANES];                           // BRDF times cosine there
+};
+
+#define LF_BLOCK_LANES 32 // LF_BLOCK_REACH^2 rays of a block, rounded up
+
+// Rays around a surface, relative to it.
+struct lf_block_hits {
+    float from[3][LF_BLOCK_LANES];   // where they began
+    float normal[3][LF_BLOCK_LANES]; // there
+    float way[3][LF_BLOCK_LANES];    // to what they met, or into the direction in which there is nothing
+    float density[LF_BLOCK_LANES];   // per steradian, with which they were chosen
+    float weight[LF_BLOCK_LANES];    // by place; 0: no ray
+};
+
+struct lf_kernels {
+    const char *name;
+    // Radiance by parts. `lobes`: the light's samples share the specular part with LF_LOBE_SAMPLES directions
+    // chosen by the BRDF, for surfaces smooth enough that light samples alone would show. Where the emitter
+    // is a rectangle, disk or sphere these are in the result, and so are directions around the normal; for
+    // other extended lights the caller adds both.
+    void (*direct)(const struct lf_light_shape *light, const struct lf_points *points, bool lobes,
+                   struct lf_lit *out);
+    // Irradiance / pi.
+    void (*bounce)(const struct lf_bounce_source *sources, uint32_t count, const struct lf_points *points,
+                   float out[3][LF_LANES]);
+    // To the parts of a light that directions of the BRDF, which `u` chooses (lf_lobe_samples), come nearest
+    // to.
+    void (*aim)(const struct lf_light_shape *light, const struct lf_points *points,
+                const float u[3][LF_LANES], struct lf_aim *out);
+    // What each ray counts: weight times BRDF and cosine, over the sum of both densities with which it could
+    // have been chosen (balance heuristic), on surfaces like this one: `grain` is the distance from its plane
+    // that halves a weight. A lobe that is so narrow that it ends between the rays is widened to the nearest
+    // one.
+    void (*reflect)(const struct lf_lobe *at, float grain, const struct lf_block_hits *hits,
+                    float weight[LF_BLOCK_LANES]);
+};
+
+// The sets that this CPU has, the fastest first; null past the end.
+const struct lf_kernels *lf_kernels_of(uint32_t index);
+
+NG_EXTERN_C_END
+
+#endif

@@ -1,0 +1,254 @@
+// The G-buffer as planes, in the units of the network. What is no number in it becomes 0 here, once, so that
+// nothing behind has to look again.
+#include "lightformer/clues/clues_internal.h"
+
+#include "base/half.h"
+#include "lightformer/trace/vec.h"
+
+#include <assert.h>
+#include <string.h>
+
+#define ROWS         4     // of pixels, a job
+#define PLANE_GRAIN  0.01f // distance from a pixel's plane, in distances to the eye, that halves a weight
+#define LEAST_WEIGHT 0.6f  // of all neighbours, below which a pixel stands alone
+
+#define RUN 128 // pixels that are read together
+
+struct reading {
+    struct lf_pixel_clues *out;
+    struct lf_gbuffer gbuffer;
+};
+
+// ---- planes ----------------------------------------------------------------------------------------------
+
+struct layout {
+    struct lf_pixel_clues *out;
+    float *next;
+    size_t count; // of pixels
+    int plane;
+};
+
+static void set_planes(struct layout *l, float **planes, int channels)
+{
+    for (int c = 0; c < channels; c++) {
+        l->out->planes[l->plane++] = planes[c] = l->next;
+        l->next += l->count;
+    }
+    l->next += LF_PLANE_GAP;
+}
+
+static void set_value(struct lf_pixel_clues *p, enum lf_net_input input, const float *plane)
+{
+    p->values.of[input] = plane;
+}
+
+static ng_result lay_out(struct lf_pixel_clues *p)
+{
+    size_t count = (size_t)p->width * p->height;
+    if (!ng_array_resize(&p->memory.list, LF_PIXEL_PLANES * (count + LF_PLANE_GAP)))
+        return ng_out_of_memory("the inputs of a picture");
+    struct layout l = {.out = p, .next = p->memory.list.items, .count = count};
+    set_planes(&l, &p->mask, 1);
+    set_planes(&l, p->position, 3);
+    set_planes(&l, p->normal, 3);
+    set_planes(&l, p->flat, 3);
+    set_planes(&l, p->view, 3);
+    set_planes(&l, &p->distance, 1);
+    set_planes(&l, p->diffuse, 3);
+    set_planes(&l, p->specular, 3);
+    set_planes(&l, &p->roughness, 1);
+    set_planes(&l, &p->mirror, 1);
+    set_planes(&l, &p->mirror_missed, 1);
+    set_planes(&l, p->mirror_albedo, 3);
+    set_planes(&l, p->mirror_emission, 3);
+    set_planes(&l, p->emission, 3);
+    assert(l.plane == LF_PIXEL_PLANES);
+    set_value(p, LF_INPUT_PIXEL_MASK, p->mask);
+    set_value(p, LF_INPUT_PIXEL_POSITION, p->position[0]);
+    set_value(p, LF_INPUT_PIXEL_NORMAL, p->normal[0]);
+    set_value(p, LF_INPUT_PIXEL_VIEW, p->view[0]);
+    set_value(p, LF_INPUT_PIXEL_DISTANCE, p->distance);
+    set_value(p, LF_INPUT_PIXEL_DIFFUSE, p->diffuse[0]);
+    set_value(p, LF_INPUT_PIXEL_SPECULAR, p->specular[0]);
+    set_value(p, LF_INPUT_PIXEL_ROUGHNESS, p->roughness);
+    return NG_OK;
+}
+
+// The geometric normal (engine/shaders/geometry.glsl).
+static void decode_flat(float x, float y, const float normal[3], float out[3])
+{
+    float z = 1 - fabsf(x) - fabsf(y), t = z < 0 ? -z : 0;
+    out[0] = x + (x >= 0 ? -t : t);
+    out[1] = y + (y >= 0 ? -t : t);
+    out[2] = z;
+    if (!lf_normalize(out))
+        memcpy(out, normal, 3 * sizeof *out);
+}
+
+// A run of pixels, its halfs made floats in one loop that vectorizes.
+struct run {
+    float normal[RUN][4], diffuse[RUN][4], specular[RUN][4];
+};
+
+static void to_floats(const uint16_t *picture, size_t first, size_t count, float (*out)[4])
+{
+    const uint16_t *from = picture + 4 * first;
+    float *to = out[0];
+    for (size_t i = 0; i < 4 * count; i++)
+        to[i] = lf_finite(ng_half_to_float(from[i]));
+}
+
+static void read_pixel(const struct reading *r, size_t i, const float normal4[4], const float diffuse[4],
+                       const float specular[4])
+{
+    struct lf_pixel_clues *p = r->out;
+    const float *world = r->gbuffer.position + 4 * i;
+    float position[3], normal[3] = {normal4[0], normal4[1], normal4[2]}, view[3], flat[3];
+    if (!(world[3] > 0) || !isfinite(world[0] + world[1] + world[2]))
+        return;
+    lf_mad(p->eye, world, -1, view);
+    float distance = sqrtf(lf_dot(view, view));
+    if (!lf_normalize(normal) || !lf_normalize(view))
+        return;
+    lf_to_scene(&p->space, world, position);
+    decode_flat(diffuse[3], specular[3], normal, flat);
+    p->mask[i] = 1;
+    p->distance[i] = distance / p->space.radius;
+    p->roughness[i] = normal4[3];
+    for (int c = 0; c < 3; c++) {
+        p->position[c][i] = position[c];
+        p->normal[c][i] = normal[c];
+        p->view[c][i] = view[c];
+        p->flat[c][i] = flat[c];
+        p->diffuse[c][i] = diffuse[c];
+        p->specular[c][i] = specular[c];
+    }
+}
+
+// Pixels without a surface stay zero in all planes.
+static void read_runs(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct reading *r = user;
+    size_t all = (size_t)r->out->width * r->out->height;
+    for (size_t n = begin; n < end; n++) {
+        struct run run;
+        size_t first = n * RUN, count = all - first < RUN ? all - first : RUN;
+        to_floats(r->gbuffer.normal, first, count, run.normal);
+        to_floats(r->gbuffer.diffuse, first, count, run.diffuse);
+        to_floats(r->gbuffer.specular, first, count, run.specular);
+        for (size_t k = 0; k < LF_PIXEL_PLANES; k++)
+            memset(r->out->planes[k] + first, 0, count * sizeof(float));
+        for (size_t i = 0; i < count; i++)
+            read_pixel(r, first + i, run.normal[i], run.diffuse[i], run.specular[i]);
+    }
+}
+
+void lf_pixel_position(const struct lf_pixel_clues *p, size_t pixel, float out[3])
+{
+    for (int c = 0; c < 3; c++)
+        out[c] = p->position[c][pixel];
+}
+
+void lf_pixel_lobe(const struct lf_pixel_clues *p, size_t pixel, struct lf_lobe *out)
+{
+    for (int c = 0; c < 3; c++) {
+        out->normal[c] = p->normal[c][pixel];
+        out->flat[c] = p->flat[c][pixel];
+        out->view[c] = p->view[c][pixel];
+    }
+    out->roughness = p->roughness[pixel];
+}
+
+void lf_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, int lane, struct lf_points *out)
+{
+    for (int c = 0; c < 3; c++) {
+        out->position[c][lane] = p->position[c][pixel];
+        out->normal[c][lane] = p->normal[c][pixel];
+        out->flat[c][lane] = p->flat[c][pixel];
+        out->view[c][lane] = p->view[c][pixel];
+        out->albedo[c][lane] = p->diffuse[c][pixel];
+        out->f0[c][lane] = p->specular[c][pixel];
+    }
+    out->roughness[lane] = p->roughness[pixel];
+}
+
+// ---- the grid --------------------------------------------------------------------------------------------
+
+// Steep: light that falls on another pixel is right here only as far as normal and plane are the same. Rays
+// of reflections are shared more freely (kernels.c, ray_likeness).
+float lf_pixel_likeness(const struct lf_pixel_clues *p, size_t pixel, size_t other)
+{
+    float height = 0, cosine = 0;
+    for (int c = 0; c < 3; c++) {
+        height += (p->position[c][other] - p->position[c][pixel]) * p->normal[c][pixel];
+        cosine += p->normal[c][other] * p->normal[c][pixel];
+    }
+    height /= PLANE_GRAIN * p->distance[pixel] + 1e-12f;
+    float square = cosine > 0 ? cosine * cosine : 0, fourth = square * square;
+    return p->mask[other] * fourth * fourth / (1 + height * height * height * height);
+}
+
+static void tap_grid(struct lf_pixel_clues *p, uint32_t x, uint32_t y)
+{
+    size_t pixel = (size_t)y * p->width + x;
+    struct lf_grid_taps *taps = &p->grid_taps.items[pixel];
+    uint32_t gx = x / LF_GRID_STEP, gy = y / LF_GRID_STEP;
+    float fx = (float)(x % LF_GRID_STEP) / LF_GRID_STEP, fy = (float)(y % LF_GRID_STEP) / LF_GRID_STEP;
+    float sum = 0;
+    for (uint32_t k = 0; k < 4; k++) {
+        uint32_t nx = gx + (k & 1), ny = gy + (k >> 1);
+        taps->weight[k] = 0;
+        if (p->mask[pixel] > 0 && nx < p->grid_width && ny < p->grid_height)
+            taps->weight[k] = (k & 1 ? fx : 1 - fx) * (k >> 1 ? fy : 1 - fy) *
+                              lf_pixel_likeness(p, pixel, lf_grid_pixel(p, nx, ny));
+        sum += taps->weight[k];
+    }
+    for (int k = 0; k < 4; k++)
+        taps->weight[k] = sum > LEAST_WEIGHT ? taps->weight[k] / sum : 0;
+}
+
+static void tap_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    struct lf_pixel_clues *p = user;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < p->width; x++)
+            tap_grid(p, x, y);
+}
+
+static ng_result connect_to_grid(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
+{
+    size_t count = (size_t)p->width * p->height;
+    p->grid_width = (p->width + LF_GRID_STEP - 1) / LF_GRID_STEP;
+    p->grid_height = (p->height + LF_GRID_STEP - 1) / LF_GRID_STEP;
+    if (!ng_array_resize(&p->grid_taps, count) || !ng_array_reserve(&p->alone, count))
+        return ng_out_of_memory("the inputs of a picture");
+    ng_jobs_for(scene->jobs, p->height, ROWS, tap_rows, p);
+    p->alone.count = 0;
+    for (size_t i = 0; i < count; i++) {
+        const float *w = p->grid_taps.items[i].weight;
+        if (p->mask[i] > 0 && !(w[0] + w[1] + w[2] + w[3] > 0))
+            p->alone.items[p->alone.count++] = (uint32_t)i;
+    }
+    return NG_OK;
+}
+
+ng_result lf_pixels_read(const struct lf_encode_scene *scene, const struct lf_encode_pixels_params *params,
+                         struct lf_pixel_clues *out)
+{
+    const struct ng_snapshot *snapshot = lf_tracer_snapshot(scene->tracer);
+    struct reading reading = {.out = out, .gbuffer = params->gbuffer};
+    out->width = params->width;
+    out->height = params->height;
+    out->space = lf_space_of(snapshot);
+    out->emits = out->misses = false;
+    memset(&out->values, 0, sizeof out->values);
+    memcpy(out->eye, snapshot->camera.position, sizeof out->eye);
+    NG_TRY(lay_out(out));
+    ng_jobs_for(scene->jobs, (uint32_t)(((size_t)out->width * out->height + RUN - 1) / RUN), 16, read_runs,
+                &reading);
+    bool gridded =
+        lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE) || lf_encode_wants(scene, LF_INPUT_VIEW_GATHERED);
+    return gridded ? connect_to_grid(scene, out) : NG_OK;
+}

@@ -1,0 +1,170 @@
+// Whether highlights are in shadow. How much of a light reaches a pixel (visibility.c) is one thing; a
+// highlight of a smooth surface shows one small part of the light, and where that part is hidden the
+// highlight is gone, however bright it would have been. So where glossy light counts, rays go to the parts of
+// the light that directions of the BRDF come nearest to: a quarter of sixteen, another one in each of four
+// neighbours; and where neighbours found different things, which are few, all sixteen.
+#include "lightformer/clues/clues_internal.h"
+
+#include <string.h>
+
+#define ROWS         4 // of pixels, a job
+#define QUARTERS     4 // of the directions
+#define RAYS         (LF_LOBE_SAMPLES / QUARTERS)
+#define LEAST_GLOSSY 0.01f // in units of the radiance that the light's power spread evenly would have
+
+struct search {
+    const struct lf_encode_scene *scene;
+    const struct lf_pixel_clues *pixels;
+    const struct lf_light_clues *light;
+    float *const *glossy;
+    const float *reached;
+    const struct lf_block_rays *rays;
+    float *out;
+};
+
+static uint32_t quarter_of(uint32_t x, uint32_t y)
+{
+    return lf_block_order[lf_block_place(x, y)] / (LF_BLOCK * LF_BLOCK / QUARTERS);
+}
+
+static bool is_lit(const struct search *s, const struct lf_points *points, const struct lf_aim *aim,
+                   uint32_t lane)
+{
+    struct lf_ray ray = {.near = 0, .far = aim->distance[lane] * s->pixels->space.radius * LF_LIGHT_REACH};
+    float at[3], flat[3], position[3];
+    for (int c = 0; c < 3; c++) {
+        at[c] = points->position[c][lane];
+        flat[c] = points->flat[c][lane];
+        ray.direction[c] = aim->direction[c][lane];
+    }
+    lf_to_world(&s->pixels->space, at, position);
+    lf_trace_origin(s->scene->tracer, position, flat, ray.direction, ray.origin);
+    return !lf_trace_shadowed(s->scene->tracer, &ray, s->light->light);
+}
+
+// Rays of several pixels, answered together.
+struct asking {
+    const struct search *search;
+    struct lf_points points;
+    float u[3][LF_LANES];
+    size_t pixels[LF_LANES];
+    uint32_t count;
+};
+
+// Adds to the weights of the pixels, and what is lit of them to their parts.
+static void answer(struct asking *a)
+{
+    const struct search *s = a->search;
+    struct lf_aim aim;
+    if (!a->count)
+        return;
+    lf_kernels_of(0)->aim(&s->light->shape, &a->points, a->u, &aim);
+    for (uint32_t i = 0; i < a->count; i++) {
+        if (!(aim.weight[i] > 0))
+            continue;
+        s->rays->weight[a->pixels[i]] += aim.weight[i];
+        s->rays->part[a->pixels[i]] += is_lit(s, &a->points, &aim, i) ? aim.weight[i] : 0;
+    }
+    a->count = 0;
+}
+
+// Every fourth direction, from the lobe's middle outward.
+static void ask_quarter(struct asking *a, size_t pixel, uint32_t quarter)
+{
+    for (uint32_t k = 0; k < RAYS; k++) {
+        const float *u = lf_lobe_samples[k * QUARTERS + quarter];
+        lf_points_set_pixel(a->search->pixels, pixel, (int)a->count, &a->points);
+        for (int c = 0; c < 3; c++)
+            a->u[c][a->count] = u[c];
+        a->pixels[a->count++] = pixel;
+        if (a->count == LF_LANES)
+            answer(a);
+    }
+}
+
+static bool counts(const struct search *s, size_t pixel)
+{
+    const struct lf_pixel_clues *p = s->pixels;
+    float glossy = (s->glossy[0][pixel] + s->glossy[1][pixel] + s->glossy[2][pixel]) / 3;
+    return p->roughness[pixel] < LF_SMOOTH && glossy > LEAST_GLOSSY && !s->light->unit.type->delta &&
+           s->reached[pixel] > 0; // or no part of the light is seen from around here
+}
+
+// Four pixels have all of the directions.
+static void find_row(const struct search *s, uint32_t y)
+{
+    size_t first = (size_t)y * s->pixels->width;
+    struct asking asking = {.search = s};
+    for (uint32_t x = 0; x < s->pixels->width; x++) {
+        s->rays->part[first + x] = s->rays->weight[first + x] = 0;
+        if (counts(s, first + x))
+            ask_quarter(&asking, first + x, quarter_of(x, y));
+    }
+    answer(&asking);
+    for (size_t i = first; i < first + s->pixels->width; i++)
+        if (s->rays->weight[i] > 0)
+            s->rays->part[i] /= s->rays->weight[i];
+}
+
+static void find_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    for (uint32_t y = begin; y < end; y++)
+        find_row(user, y);
+}
+
+static bool is_doubtful(const struct search *s, uint32_t x, uint32_t y)
+{
+    return s->rays->weight[(size_t)y * s->pixels->width + x] > 0 &&
+           lf_block_opinions(s->pixels, s->rays, x, y) == (LF_BLOCK_LIT | LF_BLOCK_HIDDEN);
+}
+
+static void refine_row(const struct search *s, uint32_t y)
+{
+    float *part = s->rays->part + (size_t)y * s->pixels->width,
+          *weight = s->rays->weight + (size_t)y * s->pixels->width;
+    struct asking asking = {.search = s};
+    for (uint32_t x = 0; x < s->pixels->width; x++) {
+        if (!is_doubtful(s, x, y))
+            continue;
+        part[x] *= weight[x];
+        for (uint32_t quarter = 0; quarter < QUARTERS; quarter++)
+            if (quarter != quarter_of(x, y))
+                ask_quarter(&asking, (size_t)y * s->pixels->width + x, quarter);
+    }
+    answer(&asking);
+    for (uint32_t x = 0; x < s->pixels->width; x++)
+        if (is_doubtful(s, x, y)) {
+            part[x] /= weight[x];
+            weight[x] /= QUARTERS;
+        }
+}
+
+static void refine_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    for (uint32_t y = begin; y < end; y++)
+        refine_row(user, y);
+}
+
+// Elsewhere, and where no direction came near the light, what reaches the pixel is all the same.
+static void fill_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct search *s = user;
+    for (size_t i = (size_t)begin * s->pixels->width; i < (size_t)end * s->pixels->width; i++)
+        if (!(s->rays->weight[i] > 0))
+            s->out[i] = s->reached[i];
+}
+
+void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                        const struct lf_light_clues *light, float *const glossy[3], const float *reached,
+                        const struct lf_block_rays *rays, float *out)
+{
+    struct search s = {scene, pixels, light, glossy, reached, rays, out};
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &s);
+    lf_block_ask(scene, pixels, rays);
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, refine_rows, &s);
+    lf_block_average(scene, pixels, rays, true, out);
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &s);
+}

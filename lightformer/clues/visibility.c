@@ -1,0 +1,176 @@
+// How much of the light reaches a pixel: a ray to one of sixteen direct VPLs from each pixel, another one for
+// each place of a block, weighed by what that VPL would bring; and where neighbours found different things,
+// in penumbrae, a ray to another one, so that a block has 32. Rays of pixels with the same VPL run side by
+// side.
+#include "lightformer/clues/clues_internal.h"
+
+#include <string.h>
+
+#define PLACES (LF_BLOCK * LF_BLOCK)
+#define ROUNDS 2                 // of rays
+#define SIDE   4                 // rays of a packet each way
+#define TILE   (SIDE * LF_BLOCK) // pixels each way
+
+struct search {
+    const struct lf_encode_scene *scene;
+    const struct lf_pixel_clues *pixels;
+    const struct lf_light_clues *light;
+    const struct lf_block_rays *rays;
+};
+
+// Sets a ray from the VPL to a pixel, whose weight it returns; 0 and no ray if the VPL brings nothing there.
+static float set_ray(const struct search *s, size_t pixel, const struct ng_light_sample *vpl, uint32_t lane,
+                     struct lf_packet *packet)
+{
+    const struct lf_pixel_clues *p = s->pixels;
+    struct lf_lobe at;
+    struct ng_light_incident in;
+    float position[3], origin[3], scaled[3];
+    lf_pixel_position(p, pixel, scaled);
+    lf_pixel_lobe(p, pixel, &at);
+    lf_to_world(&p->space, scaled, position);
+    ng_light_incident_at(&s->light->unit, vpl, position, &in);
+    float cosine = lf_dot(at.normal, in.direction), weight = ng_light_mean(in.irradiance) * cosine;
+    if (!(cosine > 0) || !(weight > 0) || !isfinite(weight) || !(lf_dot(at.flat, in.direction) > 0))
+        return 0;
+    // From where the light comes, so that rays have one origin; or, if that is infinitely far, one direction.
+    bool infinite = !isfinite(in.distance);
+    float skin = lf_skin_along(s->light, vpl, in.direction);
+    if (infinite)
+        lf_trace_origin(s->scene->tracer, position, at.flat, in.direction, origin);
+    else
+        lf_mad(vpl->position, in.direction, -skin, origin);
+    for (int c = 0; c < 3; c++) {
+        packet->origin[c][lane] = origin[c];
+        packet->direction[c][lane] = infinite ? in.direction[c] : -in.direction[c];
+    }
+    packet->far[lane] = infinite ? INFINITY : in.distance * LF_SHADOW_REACH - skin;
+    return weight;
+}
+
+static const struct ng_light_sample *vpl_of(const struct search *s, uint32_t place, uint32_t round)
+{
+    return &s->light->vpls.items[(lf_block_order[place] + round * PLACES) % s->light->vpl_count];
+}
+
+// TILE x TILE pixels, and which of them ask.
+struct tile {
+    uint32_t x, y;
+    bool asks[TILE * TILE];
+};
+
+static bool is_in_doubt(const struct search *s, uint32_t x, uint32_t y)
+{
+    return lf_block_opinions(s->pixels, s->rays, x, y) == (LF_BLOCK_LIT | LF_BLOCK_HIDDEN);
+}
+
+// In the first round all pixels ask, later those where steps would show. False if none does.
+static bool find_asking(const struct search *s, uint32_t x, uint32_t y, uint32_t round, struct tile *out)
+{
+    const struct lf_pixel_clues *p = s->pixels;
+    bool any = false;
+    out->x = x;
+    out->y = y;
+    for (uint32_t i = 0; i < TILE * TILE; i++) {
+        uint32_t column = x + i % TILE, row = y + i / TILE;
+        bool inside = column < p->width && row < p->height && p->mask[(size_t)row * p->width + column] > 0;
+        out->asks[i] = inside && (!round || is_in_doubt(s, column, row));
+        any = any || out->asks[i];
+    }
+    return any;
+}
+
+// To the mean of a pixel's rays so far.
+static void add_answer(const struct search *s, size_t pixel, float weight, bool lit)
+{
+    float before = s->rays->part[pixel] * s->rays->weight[pixel];
+    s->rays->weight[pixel] += weight;
+    s->rays->part[pixel] = (before + (lit ? weight : 0)) / s->rays->weight[pixel];
+}
+
+// The pixels of a tile that have one place in their blocks.
+static void trace_place(const struct search *s, const struct tile *tile, uint32_t place, uint32_t round)
+{
+    const struct ng_light_sample *vpl = vpl_of(s, place, round);
+    struct lf_packet packet = {.passes = s->light->light};
+    float weight[LF_PACKET] = {0};
+    size_t at[LF_PACKET];
+    bool any = false;
+    for (uint32_t i = 0; i < LF_PACKET; i++) {
+        uint32_t x = i % SIDE * LF_BLOCK + place % LF_BLOCK, y = i / SIDE * LF_BLOCK + place / LF_BLOCK;
+        if (!tile->asks[y * TILE + x])
+            continue;
+        at[i] = (size_t)(tile->y + y) * s->pixels->width + tile->x + x;
+        weight[i] = set_ray(s, at[i], vpl, i, &packet);
+        any = any || weight[i] > 0;
+    }
+    if (!any)
+        return;
+    lf_trace_packet_occluded(s->scene->tracer, &packet);
+    for (uint32_t i = 0; i < LF_PACKET; i++)
+        if (weight[i] > 0)
+            add_answer(s, at[i], weight[i], !packet.met[i]);
+}
+
+static void trace_tile(const struct search *s, const struct tile *tile, uint32_t round)
+{
+    for (uint32_t place = 0; place < PLACES; place++)
+        trace_place(s, tile, place, round);
+}
+
+static void trace_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct search *s = user;
+    const struct lf_pixel_clues *p = s->pixels;
+    size_t first = (size_t)begin * TILE * p->width, last = (size_t)end * TILE * p->width;
+    last = last < (size_t)p->height * p->width ? last : (size_t)p->height * p->width;
+    memset(s->rays->part + first, 0, (last - first) * sizeof(float));
+    memset(s->rays->weight + first, 0, (last - first) * sizeof(float));
+    struct tile tile;
+    for (uint32_t row = begin; row < end; row++)
+        for (uint32_t x = 0; x < p->width; x += TILE)
+            if (find_asking(s, x, row * TILE, 0, &tile))
+                trace_tile(s, &tile, 0);
+}
+
+// A pixel that asked more often counts no more among its neighbours.
+static void even_out(const struct search *s, const struct tile *tile)
+{
+    for (uint32_t i = 0; i < TILE * TILE; i++)
+        if (tile->asks[i])
+            s->rays->weight[(size_t)(tile->y + i / TILE) * s->pixels->width + tile->x + i % TILE] /= ROUNDS;
+}
+
+static void refine_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct search *s = user;
+    struct tile tile;
+    for (uint32_t row = begin; row < end; row++)
+        for (uint32_t x = 0; x < s->pixels->width; x += TILE) {
+            if (!find_asking(s, x, row * TILE, 1, &tile))
+                continue;
+            for (uint32_t round = 1; round < ROUNDS; round++)
+                trace_tile(s, &tile, round);
+            even_out(s, &tile);
+        }
+}
+
+void lf_reach_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+                   const struct lf_light_clues *light, float *const way[5], const struct lf_block_rays *rays,
+                   float *reached)
+{
+    struct search s = {scene, pixels, light, rays};
+    size_t count = (size_t)pixels->width * pixels->height;
+    if (light->unit.type->delta) { // is seen from one place, or one direction
+        for (size_t i = 0; i < count; i++)
+            reached[i] = pixels->mask[i] > 0 && !(way[4][i] < way[3][i]) ? 1 : 0;
+        return;
+    }
+    uint32_t rows = (pixels->height + TILE - 1) / TILE;
+    ng_jobs_for(scene->jobs, rows, 1, trace_rows, &s);
+    lf_block_ask(scene, pixels, rays);
+    ng_jobs_for(scene->jobs, rows, 1, refine_rows, &s);
+    lf_block_average(scene, pixels, rays, false, reached);
+}

@@ -1,0 +1,46 @@
+// Captures what the encoders of lights see: draws a frame with the renderer's own passes (G-buffer, light
+// maps) and reads it back as lightformer/clues/captured.h has it. Nothing is computed a second time.
+//
+//     lf_observer_create(gpu, jobs, &observer);
+//     struct lf_observe_params params = {.snapshot = snapshot, .width = 512, .height = 512};
+//     NG_TRY(lf_observe(observer, &params, &observation));
+//
+// An observer belongs to the thread of its device.
+#ifndef LF_DATASET_CAPTURE_H
+#define LF_DATASET_CAPTURE_H
+
+#include "base/extern_c.h"
+#include "lightformer/clues/captured.h"
+
+NG_EXTERN_C_BEGIN
+
+struct lf_observer;
+struct ng_gpu;
+struct ng_jobs;
+struct ng_snapshot;
+
+struct lf_observation {
+    uint32_t width, height, light_count, vpl_count;
+    struct lf_gbuffer gbuffer;
+    const struct lf_light_observation *lights;
+    float eye[3]; // of the camera, world
+};
+
+// `jobs` may be null. Both are borrowed.
+NG_NODISCARD ng_result lf_observer_create(struct ng_gpu *gpu, struct ng_jobs *jobs, struct lf_observer **out);
+void lf_observer_destroy(struct lf_observer **observer);
+
+struct lf_observe_params {
+    const struct ng_snapshot *snapshot; // needed
+    uint32_t width, height;             // pixels
+    uint32_t vpl_count;                 // of each light; 0: LF_VPL_COUNT
+    bool pixels_only;                   // the G-buffer, no light: their maps are not drawn
+};
+
+// Waits for the GPU. `*out` is the observer's until its next call.
+NG_NODISCARD ng_result lf_observe(struct lf_observer *observer, const struct lf_observe_params *params,
+                                  struct lf_observation *out);
+
+NG_EXTERN_C_END
+
+#endif
