@@ -270,7 +270,8 @@ static bool lacks_input(const struct run *run, const struct ng_pass *p)
     bool lacks = false;
     for (size_t i = 0; p->key && i < p->uses.count; i++) {
         const struct decl_use *u = &p->uses.items[i];
-        lacks |= u->use != NG_USE_HOST_WRITE && run->written[u->resource].failed;
+        const struct decl_resource *r = &run->g->resources.items[u->resource];
+        lacks |= u->use != NG_USE_HOST_WRITE && !decl_is_scratch(r) && run->written[u->resource].failed;
     }
     return lacks;
 }

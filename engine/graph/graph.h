@@ -105,6 +105,9 @@ struct ng_graph_buffer_params {
     uint64_t size; // bytes
     bool clear;    // starts as clear_word repeated (size a multiple of 4)
     uint32_t clear_word;
+    // Room to work in: what a pass leaves there matters to no other. So it needs no pass, and has no part in
+    // keys. A persistent one keeps its bytes; `*valid` says whether they are there.
+    bool scratch;
 };
 
 // Transient: lives from its first to its last use within the frame, in memory shared with others.
@@ -187,7 +190,7 @@ struct ng_pass_params {
     uint32_t flags;
     uint32_t width, height; // raster without attachments: render area
     // Not 0: what the pass writes is a function of what this stands for and of what it reads, bit for bit.
-    // The name of the pass and the descriptions of what it writes count, too.
+    // `run` and the descriptions of what it writes count, too.
     uint64_t key;
 };
 

@@ -30,6 +30,17 @@ struct decl_resource {
     bool in_host_memory;
 };
 
+static inline bool decl_is_scratch(const struct decl_resource *r)
+{
+    return !r->is_image && r->buffer.scratch;
+}
+
+// What has no content that a key could stand for.
+static inline bool decl_is_keyless(const struct decl_resource *r)
+{
+    return r->kind == NG_RESOURCE_TOKEN || decl_is_scratch(r);
+}
+
 struct decl_use {
     uint32_t resource, version; // the version given; a write makes version + 1
     enum ng_use use;

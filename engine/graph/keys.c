@@ -46,7 +46,8 @@ static void find_renewed(const struct compile *c, bool *renewed)
 {
     const struct ng_graph *g = c->g;
     for (uint32_t r = 0; r < g->resources.count; r++)
-        renewed[r] = g->resources.items[r].kind == NG_RESOURCE_PERSISTENT && last_version(c, r) > 0;
+        renewed[r] = g->resources.items[r].kind == NG_RESOURCE_PERSISTENT && last_version(c, r) > 0 &&
+                     !decl_is_keyless(&g->resources.items[r]);
     for (uint32_t p = 0; p < g->pass_count; p++)
         for (size_t i = 0; i < g->passes.items[p]->uses.count; i++) {
             const struct decl_use *u = &g->passes.items[p]->uses.items[i];
@@ -78,11 +79,6 @@ static uint64_t add_known(uint64_t key, uint64_t part)
     return key && part ? ng_key_add(key, part) : 0;
 }
 
-static bool is_token(const struct compile *c, const struct decl_use *u)
-{
-    return c->g->resources.items[u->resource].kind == NG_RESOURCE_TOKEN;
-}
-
 // What a write leaves of the content before.
 static bool keeps_content(const struct decl_use *u)
 {
@@ -91,10 +87,10 @@ static bool keeps_content(const struct decl_use *u)
 
 static uint64_t key_of_pass(const struct compile *c, const struct ng_pass *p)
 {
-    uint64_t key = p->key ? ng_key_add(p->key, ng_hash_string(p->name)) : 0;
+    uint64_t key = p->key ? ng_key_add(p->key, (uintptr_t)p->run) : 0;
     for (size_t i = 0; i < p->uses.count && key; i++) {
         const struct decl_use *u = &p->uses.items[i];
-        if (is_token(c, u))
+        if (decl_is_keyless(&c->g->resources.items[u->resource]))
             continue;
         if (u->replaced)
             key = add_known(key, u->key);
@@ -151,6 +147,6 @@ ng_result graph_find_keys(struct compile *c)
     find_current(c, renewed);
     g->final_keys = ng_arena_array(&g->arena, g->resources.count, sizeof *g->final_keys);
     for (uint32_t i = 0; i < g->resources.count && g->final_keys; i++)
-        g->final_keys[i] = final_key(c, i);
+        g->final_keys[i] = decl_is_keyless(&g->resources.items[i]) ? 0 : final_key(c, i);
     return g->final_keys ? NG_OK : graph_no_memory(g);
 }

@@ -410,7 +410,7 @@ static void invalidate_culled(const struct ng_graph *g, struct written *written)
             const struct decl_resource *r = &g->resources.items[u->resource];
             bool still =
                 g->current[u->resource] || (g->final_keys[u->resource] && !written[u->resource].written);
-            if (u->write && r->kind == NG_RESOURCE_PERSISTENT && !still)
+            if (u->write && r->kind == NG_RESOURCE_PERSISTENT && !still && !decl_is_scratch(r))
                 written[u->resource].failed = true;
         }
 }
@@ -423,7 +423,7 @@ static void retire_resource(struct ng_graph *g, uint32_t index, bool written, bo
     if (r->kind == NG_RESOURCE_PERSISTENT) {
         k->valid = (k->valid || written) && !failed;
         k->key = failed ? 0 : written ? g->final_keys[index] : k->key;
-        if (r->first_step == NG_PLAN_NONE && !g->current[index] && g->final_keys[index])
+        if (r->first_step == NG_PLAN_NONE && g->final_keys[index] && g->final_keys[index] != k->key)
             empty_kept(k); // of another key, and nobody asks
     }
     // A history whose frame failed stays at the last good one.

@@ -136,7 +136,8 @@ static bool is_sink(const struct compile *c, const struct ng_pass *p)
         const struct decl_use *u = &p->uses.items[i];
         enum ng_resource_kind kind = c->g->resources.items[u->resource].kind;
         bool waits = kind == NG_RESOURCE_PERSISTENT && (p->flags & NG_PASS_ON_DEMAND);
-        bool leaves = kind != NG_RESOURCE_TRANSIENT && kind != NG_RESOURCE_TOKEN && !c->current[u->resource];
+        bool leaves = kind != NG_RESOURCE_TRANSIENT &&
+                      !decl_is_keyless(&c->g->resources.items[u->resource]) && !c->current[u->resource];
         if (u->write && leaves && !waits)
             return true;
     }
@@ -146,7 +147,8 @@ static bool is_sink(const struct compile *c, const struct ng_pass *p)
 static void mark_version(struct compile *c, uint32_t resource, uint32_t version)
 {
     uint32_t writer = c->writer[version_index(c, resource, version)];
-    if (writer != NG_PLAN_NONE && !c->current[resource])
+    const struct decl_resource *r = &c->g->resources.items[resource];
+    if (writer != NG_PLAN_NONE && !c->current[resource] && !decl_is_scratch(r))
         c->live[writer] = true;
 }
 

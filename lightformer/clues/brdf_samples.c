@@ -1,7 +1,7 @@
 // A spiral: the angle of sample k is k times the golden angle, its u2 (k + 1/2) / count.
 #include "lightformer/clues/brdf_samples.h"
 
-const float lf_lobe_samples[LF_LOBE_SAMPLES][3] = {
+const float lf_brdf_samples[LF_BRDF_SAMPLES][3] = {
     {1.0f, 0.0f, 0.03125f},
     {-0.737368878f, 0.675490294f, 0.09375f},
     {0.0874257247f, -0.996171041f, 0.15625f},
@@ -21,7 +21,7 @@ const float lf_lobe_samples[LF_LOBE_SAMPLES][3] = {
 };
 
 // By products, which are the same on every machine; cosf and sinf are not.
-void lf_lobe_wind(uint32_t count, float out[][3])
+void lf_brdf_spiral(uint32_t count, float out[][3])
 {
     const double cosine = -0.7373688780783197, sine = 0.6754902942615238; // of the golden angle
     double c = 1, s = 0;

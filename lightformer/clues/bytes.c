@@ -6,10 +6,10 @@ struct picture {
     uint64_t pixels, points, rays, hits; // points: of the grid; hits: every ray may go on once
 };
 
-static struct picture measure(uint64_t width, uint64_t height, uint32_t mirror_rays)
+static struct picture measure(uint64_t width, uint64_t height, uint32_t reflection_rays)
 {
     struct picture p = {.pixels = width * height};
-    uint64_t budget = lf_mirror_budget(p.pixels, mirror_rays);
+    uint64_t budget = lf_reflection_budget(p.pixels, reflection_rays);
     p.points = ((width + LF_GRID_STEP - 1) / LF_GRID_STEP) * ((height + LF_GRID_STEP - 1) / LF_GRID_STEP);
     p.rays = budget < p.pixels ? budget + 1 : p.pixels; // parts of it are rounded up
     p.hits = 2 * p.rays;
@@ -19,35 +19,74 @@ static struct picture measure(uint64_t width, uint64_t height, uint32_t mirror_r
 // What hits show, then averages of pixels in its place.
 static uint64_t bytes_shown(const struct picture *p, uint64_t channels)
 {
-    uint64_t hits = LF_END_CHANNELS * p->hits, averages = channels * p->pixels;
+    uint64_t hits = LF_HIT_CHANNELS * p->hits, averages = channels * p->pixels;
     return (hits > averages ? hits : averages) * sizeof(float);
 }
 
-static uint64_t bytes_of_mirror(const struct picture *p)
+static uint64_t bytes_of_reflections(const struct picture *p)
 {
-    const uint64_t lattices = LF_MIRROR_KINDS * sizeof(uint32_t);
-    uint64_t pixel = sizeof(unsigned char) + lattices + sizeof(struct lf_mirror_taps) +
-                     sizeof(struct lf_sight) + sizeof(struct lf_wide_taps);
-    return p->pixels * pixel + p->hits * sizeof(struct lf_ray_end) + p->rays * sizeof(struct lf_mirror_ray) +
-           bytes_shown(p, LF_END_CHANNELS);
+    const uint64_t lattices = LF_REFLECTION_KINDS * sizeof(uint32_t);
+    uint64_t pixel = sizeof(unsigned char) + lattices + sizeof(struct lf_reflection_taps) +
+                     sizeof(struct lf_sight) + sizeof(struct lf_reflection_filter_taps);
+    return p->pixels * pixel + p->hits * sizeof(struct lf_secondary_hit) +
+           p->rays * sizeof(struct lf_reflection_ray);
 }
 
-static uint64_t bytes_of_around(const struct picture *p)
+static uint64_t bytes_of_hemisphere(const struct picture *p)
 {
-    return p->points * (LF_AROUND_RAYS * sizeof(struct lf_ray_end) +
-                        (uint64_t)LF_AROUND_PASSES * LF_AROUND_REACH * sizeof(float));
+    return p->points * (LF_HEMISPHERE_RAYS * sizeof(struct lf_secondary_hit) +
+                        (uint64_t)LF_HEMISPHERE_PASSES * LF_HEMISPHERE_TAPS * sizeof(float));
 }
 
-struct lf_encode_bytes lf_encode_bytes(uint32_t width, uint32_t height, uint32_t mirror_rays)
+// Parts of memory are rounded up; there are fewer of them in any.
+#define ROUNDING (16 * LF_MEMORY_ALIGNMENT)
+
+static uint64_t plane_bytes(const struct picture *p)
 {
-    const struct picture p = measure(width, height, mirror_rays);
-    const uint64_t plane = (p.pixels + LF_PLANE_GAP) * sizeof(float);
+    return (p->pixels + LF_PLANE_GAP) * sizeof(float);
+}
+
+uint64_t lf_reflection_rays_at_most(const struct lf_pixel_clues *p)
+{
+    return measure(p->width, p->height, p->reflection_rays).rays;
+}
+
+struct lf_clues_bytes lf_clues_bytes(uint32_t width, uint32_t height, uint32_t reflection_rays)
+{
+    const struct picture p = measure(width, height, reflection_rays);
     const uint64_t grid = p.pixels * (sizeof(struct lf_grid_taps) + sizeof(uint32_t)); // and pixels alone
+    return (struct lf_clues_bytes){{
+        [LF_PIXEL_PLANES_PART] = LF_PIXEL_PLANES * plane_bytes(&p) + ROUNDING,
+        [LF_PIXEL_GRID] = grid + bytes_of_hemisphere(&p) + bytes_shown(&p, LF_HIT_CHANNELS) + ROUNDING,
+        [LF_PIXEL_REFLECTIONS] = bytes_of_reflections(&p) + ROUNDING,
+        [LF_PIXEL_EMISSION] = 3 * p.pixels * sizeof(float) + ROUNDING,
+    }};
+}
+
+uint64_t lf_clues_view_bytes(uint32_t width, uint32_t height, uint32_t reflection_rays)
+{
+    const struct picture p = measure(width, height, reflection_rays);
     const uint64_t channels =
-        3 + LF_AROUND_RAYS * LF_END_CHANNELS + 6; // bounce; rays around, and two averages
-    return (struct lf_encode_bytes){
-        .pixels = LF_PIXEL_PLANES * plane + grid + bytes_of_mirror(&p) + bytes_of_around(&p),
-        .view = LF_VIEW_PLANES * plane,
-        .light = p.points * channels * sizeof(float) + bytes_shown(&p, LF_END_USED),
-    };
+        3 + LF_HEMISPHERE_RAYS * LF_HIT_CHANNELS + 6; // the RSM gather; hemisphere rays, and two averages
+    return LF_VIEW_PLANES * plane_bytes(&p) + p.points * channels * sizeof(float) +
+           bytes_shown(&p, LF_HIT_CHANNELS_USED) + ROUNDING;
+}
+
+uint64_t lf_clues_kept_bytes(uint32_t width, uint32_t height, uint64_t set)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < LF_INPUT_COUNT; i++)
+        if (lf_net_inputs[i].domain == LF_DOMAIN_VIEW && set >> i & 1)
+            bytes += lf_memory_part((uint64_t)width * height * lf_net_inputs[i].channels * sizeof(float));
+    return bytes;
+}
+
+uint64_t lf_clues_rsm_bytes(uint32_t vpl_count, uint32_t views)
+{
+    const uint64_t vpls = vpl_count ? vpl_count : LF_VPL_COUNT,
+                   texels = (uint64_t)views * NG_RSM_SIZE * NG_RSM_SIZE;
+    const uint64_t sources = 4 * 64 + (uint64_t)views * 64; // as group_texels (texels.c)
+    return vpls * (sizeof(struct ng_light_sample) + sizeof(struct lf_intensity_lobe)) +
+           texels * sizeof(struct lf_texel) + sources * sizeof(struct lf_rsm_source) +
+           12 * (vpls + texels) * sizeof(float) + ROUNDING;
 }

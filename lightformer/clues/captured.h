@@ -15,11 +15,11 @@ NG_EXTERN_C_BEGIN
 #define LF_VPL_COUNT 500 // of a light, where the parameters do not say
 
 // A light that shines. Pictures are stored row by row from the top, views one after another.
-struct lf_light_observation {
+struct lf_captured_light {
     uint32_t light;               // index in the snapshot
     float power[3];               // W, by channel
     struct ng_light_data data;    // proxy, faces or windows of the depth map: as shaders have it
-    struct ng_light_sample *vpls; // [vpl_count of the observation]
+    struct ng_light_sample *vpls; // [vpl_count of the frame]
     uint32_t rsm_views;           // of 64 x 64 texels (NG_RSM_SIZE)
     const float *position;  // [rsm_views][64][64][4] world, metres; w: 1 where there is a surface, else 0
     const uint16_t *normal; // the same, halfs: shading normal, world
@@ -45,7 +45,7 @@ struct lf_depth_map {
     uint32_t layers, face_size;
 };
 
-struct lf_shadow {
+struct lf_shadow_distance {
     float
         receiver; // d_f: metres from the proxy (cube) or the scene sphere's entry (orthographic) to the point
     float occluder; // d: the same to what the light sees in the point's direction; d_f outside of the map,
@@ -53,7 +53,7 @@ struct lf_shadow {
 };
 
 // Equation 2's distances for a world position. Pure.
-struct lf_shadow lf_shadow_lookup(const struct lf_depth_map *map, const float position[3]);
+struct lf_shadow_distance lf_shadow_lookup(const struct lf_depth_map *map, const float position[3]);
 
 NG_EXTERN_C_END
 

@@ -2,7 +2,6 @@
 #ifndef LF_CLUES_CLUES_INTERNAL_H
 #define LF_CLUES_CLUES_INTERNAL_H
 
-#include "base/array.h"
 #include "base/jobs.h"
 #include "base/log.h"
 #include "lightformer/clues/brdf_samples.h"
@@ -10,15 +9,12 @@
 #include "lightformer/clues/interleaved.h"
 #include "lightformer/clues/kernels.h"
 #include "lightformer/clues/secondary_hit.h"
+#include "lightformer/net/memory.h"
 #include "lightformer/trace/surface.h"
 #include "lightformer/trace/tracer.h"
 #include "render/frame.h"
 
 #include <math.h>
-
-struct lf_floats {
-    NG_ARRAY(float) list;
-};
 
 // Lengths are in radii of the scene's sphere, relative to its centre, wherever it is not said otherwise.
 struct lf_space {
@@ -29,9 +25,9 @@ struct lf_space {
 #define LF_SMOOTH    0.5f // roughness below which the BRDF chooses directions: of rays, too
 
 // Part of the way that shadow rays go to a pixel: what they would meet beyond is its own surface.
-#define LF_SHADOW_REACH 0.999f
+#define LF_SHADOW_RAY_PART 0.999f
 // The same of rays to a point off a light's surface: less, as the light may lie close behind something.
-#define LF_LIGHT_REACH  0.999999f
+#define LF_LIGHT_RAY_PART  0.999999f
 
 // A pixel's four neighbours on the grid of every LF_GRID_STEP-th pixel: weights that sum to 1, or all 0
 // where none of them is on the same surface.
@@ -40,7 +36,7 @@ struct lf_grid_taps {
 };
 
 // A ray of a reflection as pixels nearby see it.
-struct lf_mirror_ray {
+struct lf_reflection_ray {
     float from[3], normal[3]; // where it began
     float to[3];              // what it met, or its direction
     float density;
@@ -48,9 +44,9 @@ struct lf_mirror_ray {
 };
 
 // What a pixel takes of the rays of a block around it, row by row: weights of 65535 in all, or none.
-struct lf_mirror_taps {
+struct lf_reflection_taps {
     uint32_t pixel;
-    uint16_t weight[LF_BLOCK_REACH * LF_BLOCK_REACH];
+    uint16_t weight[LF_INTERLEAVE_TAPS * LF_INTERLEAVE_TAPS];
 };
 
 // What a pixel sees in the middle of its lobe, and what it takes of pixels a block apart that see the same;
@@ -58,76 +54,81 @@ struct lf_mirror_taps {
 struct lf_sight {
     float direction[3], distance;
 };
-#define LF_WIDE_TAPS 9
-struct lf_wide_taps {
+#define LF_REFLECTION_FILTER_TAPS 9
+struct lf_reflection_filter_taps {
     uint32_t pixel;
-    float weight[LF_WIDE_TAPS];
+    float weight[LF_REFLECTION_FILTER_TAPS];
 };
 
 // Of what metals reflect all is seen, of what others do little: each has a density of rays of its own. Pixels
-// of LF_MIRROR_NONE reflect nothing.
-enum lf_mirror_kind { LF_MIRROR_METAL, LF_MIRROR_GLOSS, LF_MIRROR_KINDS, LF_MIRROR_NONE = LF_MIRROR_KINDS };
+// of LF_REFLECTION_NONE reflect nothing.
+enum lf_reflection_kind {
+    LF_REFLECTION_METAL,
+    LF_REFLECTION_GLOSS,
+    LF_REFLECTION_KINDS,
+    LF_REFLECTION_NONE = LF_REFLECTION_KINDS
+};
 
 // Rays start at every `spacing`-th pixel each way, where the surface is of that kind.
-struct lf_mirror_lattice {
+struct lf_reflection_lattice {
     uint32_t spacing, width, height;
-    NG_ARRAY(uint32_t) hit_at; // by place on the lattice: index of its hit + 1; 0: none
+    LF_PART(uint32_t) hit_at; // by point of the lattice: index of its hit + 1; 0: none
 };
 
 // Rays from the pixels of a picture at most, of all kinds, but for rounding. `wanted` of 0: a quarter.
-static inline uint64_t lf_mirror_budget(uint64_t pixels, uint32_t wanted)
+static inline uint64_t lf_reflection_budget(uint64_t pixels, uint32_t wanted)
 {
     return wanted ? wanted : pixels / 4 + 1;
 }
 
-struct lf_mirror {
-    NG_ARRAY(unsigned char) kinds; // enum lf_mirror_kind of each pixel
-    struct lf_mirror_lattice lattices[LF_MIRROR_KINDS];
-    uint32_t first;                       // hits of rays from pixels, which come before those of reflections
-    NG_ARRAY(struct lf_ray_end) hits;     // of a kind in the order of pixels
-    NG_ARRAY(struct lf_mirror_ray) rays;  // of the first hits
-    NG_ARRAY(struct lf_mirror_taps) taps; // of all pixels that reflect
-    NG_ARRAY(struct lf_sight) sights;     // by pixel; only of those that reflect
-    NG_ARRAY(struct lf_wide_taps) wide;   // of those that see what others see
-    struct lf_floats seen;                // what hits show; then scratch
+struct lf_reflections {
+    LF_PART(unsigned char) kinds; // enum lf_reflection_kind of each pixel
+    struct lf_reflection_lattice lattices[LF_REFLECTION_KINDS];
+    uint32_t first;                        // hits of rays from pixels, which come before those of reflections
+    LF_PART(struct lf_secondary_hit) hits; // of a kind in the order of pixels
+    LF_PART(struct lf_reflection_ray) rays;             // of the first hits
+    LF_PART(struct lf_reflection_taps) taps;            // of all pixels that reflect
+    LF_PART(struct lf_sight) sights;                    // by pixel; only of those that reflect
+    LF_PART(struct lf_reflection_filter_taps) filtered; // of those that see what others see
+    LF_PART(float) seen;                                // what hits show; then scratch
 };
 
 // Rays over the hemisphere of every point of the grid, and what is taken of those of its neighbours, pass by
 // pass.
-#define LF_AROUND_RAYS   2 // of a point
-#define LF_AROUND_REACH  9
-#define LF_AROUND_PASSES 4
-struct lf_around {
-    NG_ARRAY(struct lf_ray_end) ends; // [rays][grid points]; where is no surface nothing was met
-    NG_ARRAY(float) weights;          // [LF_AROUND_PASSES][grid points][LF_AROUND_REACH]; sums are 1
+#define LF_HEMISPHERE_RAYS   2 // of a point
+#define LF_HEMISPHERE_TAPS   9
+#define LF_HEMISPHERE_PASSES 4
+struct lf_hemisphere {
+    LF_PART(struct lf_secondary_hit) hits; // [rays][grid points]; where is no surface nothing was met
+    LF_PART(float) weights; // [LF_HEMISPHERE_PASSES][grid points][LF_HEMISPHERE_TAPS]; sums are 1
 };
 
-#define LF_PIXEL_PLANES 32 // of all inputs, and what is kept beside them
+#define LF_PIXEL_PLANES 29 // of all inputs but those that depend on powers, and what is kept beside them
 #define LF_VIEW_PLANES  28 // of all inputs of a light's view, and scratch
 // Floats between the planes of one input and the next. Without, the same pixel of all planes of a picture of
 // 512 x 512 would compete for one set of a cache.
 #define LF_PLANE_GAP    208
 
 struct lf_pixel_clues {
-    uint32_t width, height;
+    uint32_t width, height, reflection_rays; // as lf_clues_pixels was told
     struct lf_space space;
-    float eye[3];                   // metres
-    float radiance, mean_power;     // frame.*
-    struct lf_floats memory;        // of the planes
+    float eye[3];               // metres
+    float radiance, mean_power; // frame.*
+    struct lf_memory memory[LF_PIXEL_PARTS];
     float *planes[LF_PIXEL_PLANES]; // all of them:
     // Planes [width * height], by axis or channel.
     float *mask, *position[3], *normal[3], *flat[3], *view[3], *distance;
     float *diffuse[3], *specular[3], *roughness;
-    float *mirror, *mirror_missed, *mirror_albedo[3], *mirror_emission[3],
-        *emission[3];                        // emission: not yet scaled
-    bool emits, misses;                      // some mirror ray met emission, met nothing
-    uint32_t grid_width, grid_height;        // of every LF_GRID_STEP-th pixel
-    NG_ARRAY(struct lf_grid_taps) grid_taps; // of each pixel
-    NG_ARRAY(uint32_t) alone;                // pixels that no neighbour on the grid speaks for
-    struct lf_mirror reflections;
-    struct lf_around around;
+    float *reflection_nearness, *reflection_missed, *reflection_albedo[3],
+        *emission[3];                       // not yet scaled
+    bool emits, misses;                     // some reflection ray met emission, met nothing
+    uint32_t grid_width, grid_height;       // of every LF_GRID_STEP-th pixel
+    LF_PART(struct lf_grid_taps) grid_taps; // of each pixel
+    LF_PART(uint32_t) alone;                // pixels that no neighbour on the grid speaks for
+    struct lf_reflections reflections;
+    struct lf_hemisphere hemisphere;
     struct lf_net_values values;
-    double ms[LF_ENCODE_STAGES];
+    double ms[LF_CLUES_STAGES];
 };
 
 // A texel of the RSM.
@@ -150,24 +151,24 @@ struct lf_light_clues {
     struct ng_light_data data;                           // proxy, axes, kind; metres
     struct ng_light_view_data views[NG_LIGHT_MAX_VIEWS]; // of the RSM
     uint32_t view_count;
-    const struct lf_light_observation *maps;
+    const struct lf_captured_light *maps;
     float skin; // metres: how far off the surface that emits rays begin and end
-    struct lf_light_shape shape;
-    bool lobes_by_hand; // smooth surfaces need directions of the BRDF that the kernels do not choose
-    NG_ARRAY(struct ng_light_sample) vpls;
-    NG_ARRAY(struct lf_intensity_lobe) intensity;
-    NG_ARRAY(struct lf_texel) texels; // all of the views
-    NG_ARRAY(struct lf_bounce_source) sources;
+    struct lf_emitter emitter;
+    bool needs_brdf_rays; // smooth surfaces need directions of the BRDF that the kernels do not choose
+    LF_PART(struct ng_light_sample) vpls;
+    LF_PART(struct lf_intensity_lobe) intensity;
+    LF_PART(struct lf_texel) texels; // all of the views
+    LF_PART(struct lf_rsm_source) sources;
     uint32_t vpl_count, texel_count;
     float share, power[3], color[3], kind[3];
-    struct lf_floats rows;      // vpl and texel inputs
-    struct lf_floats view;      // view inputs, or those that were kept of them
-    size_t pixel_count;         // of a plane of them
-    struct lf_floats grid;      // sums of RSM texels at the grid
-    struct lf_floats reflected; // what hits show of the light; then scratch
-    struct lf_floats around;    // what rays over hemispheres show of it
-    struct lf_net_values values;
-    double ms[LF_ENCODE_STAGES];
+    LF_PART(float) rows;       // vpl and texel inputs
+    size_t pixel_count;        // of a plane of view inputs
+    LF_PART(float) grid;       // sums of RSM texels at the grid
+    LF_PART(float) reflected;  // what hits show of the light; then scratch
+    LF_PART(float) hemisphere; // what rays over hemispheres show of it
+    struct lf_memory memory[LF_LIGHT_PARTS];
+    struct lf_net_values values, kept; // kept: view inputs that lf_light_clues_keep has copied
+    double ms[LF_CLUES_STAGES];
 };
 
 // Of the grid of every LF_GRID_STEP-th pixel.
@@ -181,7 +182,7 @@ static inline size_t lf_grid_pixel(const struct lf_pixel_clues *p, size_t x, siz
     return y * LF_GRID_STEP * p->width + x * LF_GRID_STEP;
 }
 
-static inline bool lf_encode_wants(const struct lf_encode_scene *scene, enum lf_net_input input)
+static inline bool lf_clues_wants(const struct lf_clues_scene *scene, enum lf_net_input input)
 {
     return !scene->reads || (scene->reads >> input & 1);
 }
@@ -224,18 +225,22 @@ static inline float lf_skin_along(const struct lf_light_clues *light, const stru
     return light->unit.type->surface ? light->skin / lf_max(cosine, LF_LEAST_SLANT) : 0;
 }
 
+// bytes.c: rays of reflections from pixels, however much reflects.
+uint64_t lf_reflection_rays_at_most(const struct lf_pixel_clues *pixels);
+
 // Milliseconds since `*begin`, which becomes now.
-double lf_encode_lap(uint64_t *begin);
+double lf_clues_lap(uint64_t *begin);
 
 // pixels.c: planes of the G-buffer, and what connects pixels to the grid.
-NG_NODISCARD ng_result lf_pixels_read(const struct lf_encode_scene *scene,
-                                      const struct lf_encode_pixels_params *params,
+NG_NODISCARD ng_result lf_pixels_read(const struct lf_clues_scene *scene,
+                                      const struct lf_clues_pixels_params *params,
                                       struct lf_pixel_clues *out);
 void lf_pixel_position(const struct lf_pixel_clues *pixels, size_t pixel, float out[3]);
-void lf_pixel_lobe(const struct lf_pixel_clues *pixels, size_t pixel, struct lf_lobe *out);
-// How much a pixel says of another: by plane and normal, from 0 to 1.
-float lf_pixel_likeness(const struct lf_pixel_clues *pixels, size_t pixel, size_t other);
-void lf_points_set_pixel(const struct lf_pixel_clues *pixels, size_t pixel, int lane, struct lf_points *out);
+void lf_pixel_shading_point(const struct lf_pixel_clues *pixels, size_t pixel, struct lf_shading_point *out);
+// How much a pixel says of another, by plane and normal: a weight from 0 to 1.
+float lf_bilateral_weight(const struct lf_pixel_clues *pixels, size_t pixel, size_t other);
+void lf_shading_points_set_pixel(const struct lf_pixel_clues *pixels, size_t pixel, int lane,
+                                 struct lf_shading_points *out);
 
 // reflections.c
 static inline void lf_mirror_direction(const float view[3], const float normal[3], float out[3])
@@ -244,57 +249,57 @@ static inline void lf_mirror_direction(const float view[3], const float normal[3
     lf_mad(out, view, -1, out);
     lf_normalize(out);
 }
-NG_NODISCARD ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget,
-                                      struct lf_pixel_clues *out);
-NG_NODISCARD ng_result lf_mirror_light(const struct lf_encode_scene *scene,
-                                       const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
-                                       float *const direct[3], float *const bounce[3]);
+NG_NODISCARD ng_result lf_reflections_cast(const struct lf_clues_scene *scene, uint32_t budget,
+                                           struct lf_pixel_clues *out);
+NG_NODISCARD ng_result lf_reflections_light(const struct lf_clues_scene *scene,
+                                            const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
+                                            float *const direct[3], float *const rsm[3]);
 
 // reflection_filter.c: reflections averaged over several blocks, for wide lobes: who takes what of whom, by
 // what their rays met; and the averages. `scratch`: [pixels that are averaged][channels].
-NG_NODISCARD ng_result lf_wide_find(const struct lf_encode_scene *scene, struct lf_pixel_clues *out);
-void lf_wide_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                     uint32_t channels, float *scratch, float *const planes[]);
+NG_NODISCARD ng_result lf_reflection_filter_find(const struct lf_clues_scene *scene,
+                                                 struct lf_pixel_clues *out);
+void lf_reflection_filter_apply(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                                uint32_t channels, float *scratch, float *const planes[]);
 
 // emitter.c: the light as the kernels take it.
-void lf_shape_make(struct lf_light_clues *light);
+void lf_emitter_make(struct lf_light_clues *light);
 
-// texels.c: the RSM, by rays or from the maps, and what stands for it in the second bounce.
-NG_NODISCARD ng_result lf_texels_find(const struct lf_encode_scene *scene, struct lf_light_clues *light);
+// texels.c: the RSM, by rays or from the maps, and the sources of its gather.
+NG_NODISCARD ng_result lf_texels_find(const struct lf_clues_scene *scene, struct lf_light_clues *light);
 
-// shadow_distance.c. `out`: direction (3 planes), distance, occluder; null: not wanted.
-void lf_occluders_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                       const struct lf_light_clues *light, float *const out[5]);
+// shadow_distance.c. `out`: direction (3 planes), distance, shadow distance; null: not wanted.
+void lf_shadow_distance_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                             const struct lf_light_clues *light, float *const out[5]);
 
 // direct.c: unshadowed direct light at pixels, and at points with a light's help beyond the kernels.
-void lf_direct_at(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
-                  const struct lf_points *points, uint32_t count, bool smooth, struct lf_lit *out);
-void lf_direct_view(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+void lf_direct_at(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
+                  const struct lf_shading_points *points, uint32_t count, bool smooth, struct lf_lit *out);
+void lf_direct_view(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                     const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3]);
 
-// visibility.c: how much of the light reaches pixels. `way` as lf_occluders_find leaves it; `rays`: planes
-// that are overwritten.
-void lf_reach_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                   const struct lf_light_clues *light, float *const way[5], const struct lf_block_rays *rays,
-                   float *reached);
+// visibility.c: how much of the light pixels see. `shadow` as lf_shadow_distance_find leaves it; `rays`:
+// planes that are overwritten.
+void lf_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                        const struct lf_light_clues *light, float *const shadow[5],
+                        const struct lf_interleaved *rays, float *visibility);
 
 // specular_visibility.c: the part of `glossy` that is lit.
-void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                        const struct lf_light_clues *light, float *const glossy[3], const float *reached,
-                        const struct lf_block_rays *rays, float *out);
+void lf_specular_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                                 const struct lf_light_clues *light, float *const glossy[3],
+                                 const float *visibility, const struct lf_interleaved *rays, float *out);
 
 // rsm_gather.c: light of RSM texels on the grid, then everywhere.
-NG_NODISCARD ng_result lf_bounce_view(const struct lf_encode_scene *scene,
-                                      const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
-                                      float *const out[3]);
+NG_NODISCARD ng_result lf_rsm_gather(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                                     struct lf_light_clues *light, float *const out[3]);
 // From the grid ([3][grid points]) to the pixels; those that no point speaks for get nothing.
-void lf_grid_spread(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+void lf_grid_spread(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                     const float *grid, float *const out[3]);
 
 // hemisphere_gather.c: irradiance by rays over the hemisphere.
-NG_NODISCARD ng_result lf_around_cast(const struct lf_encode_scene *scene, struct lf_pixel_clues *out);
-NG_NODISCARD ng_result lf_around_light(const struct lf_encode_scene *scene,
-                                       const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
-                                       float *const out[3]);
+NG_NODISCARD ng_result lf_hemisphere_cast(const struct lf_clues_scene *scene, struct lf_pixel_clues *out);
+NG_NODISCARD ng_result lf_hemisphere_gather(const struct lf_clues_scene *scene,
+                                            const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
+                                            float *const out[3]);
 
 #endif

@@ -36,10 +36,10 @@ static float fetch(const struct lf_depth_map *map, uint32_t layer, uint32_t x, u
 
 // Faces as struct ng_light_data says: the picture of the face along axis k has axis k + 1 to its right and
 // axis k + 2 upwards; the opposite face is turned.
-static struct lf_shadow look_into_cube(const struct lf_depth_map *map, const float p[3])
+static struct lf_shadow_distance look_into_cube(const struct lf_depth_map *map, const float p[3])
 {
     const struct ng_light_data *light = map->light;
-    struct lf_shadow s;
+    struct lf_shadow_distance s;
     s.receiver = s.occluder = glm_vec3_norm((float *)p);
     int k = 0;
     for (int i = 1; i < 3; i++)
@@ -60,12 +60,12 @@ static struct lf_shadow look_into_cube(const struct lf_depth_map *map, const flo
     return s;
 }
 
-static struct lf_shadow look_into_windows(const struct lf_depth_map *map, const float p[3])
+static struct lf_shadow_distance look_into_windows(const struct lf_depth_map *map, const float p[3])
 {
     const struct ng_light_data *light = map->light;
     uint32_t count = light->window_count < map->layers ? light->window_count : map->layers;
     // The coarsest window begins where the light enters the scene's sphere.
-    struct lf_shadow s;
+    struct lf_shadow_distance s;
     s.receiver = s.occluder = p[0] - light->windows[light->window_count - 1][3];
     for (uint32_t i = 0; i < count; i++) {
         const float *w = light->windows[i];
@@ -81,7 +81,7 @@ static struct lf_shadow look_into_windows(const struct lf_depth_map *map, const 
     return s;
 }
 
-struct lf_shadow lf_shadow_lookup(const struct lf_depth_map *map, const float position[3])
+struct lf_shadow_distance lf_shadow_lookup(const struct lf_depth_map *map, const float position[3])
 {
     float p[3];
     to_light_frame(map->light, position, p);

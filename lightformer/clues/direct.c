@@ -14,32 +14,32 @@
 // One lane as numbers.
 struct lane {
     float world[3], albedo[3], f0[3];
-    struct lf_lobe lobe;
+    struct lf_shading_point point;
     struct lf_frame frame; // around its normal
     struct ng_local_direction view;
 };
 
-static void read_lane(const struct lf_light_clues *light, const struct lf_points *p, uint32_t i,
+static void read_lane(const struct lf_light_clues *light, const struct lf_shading_points *p, uint32_t i,
                       struct lane *out)
 {
     float position[3];
     for (int c = 0; c < 3; c++) {
         position[c] = p->position[c][i];
-        out->lobe.normal[c] = p->normal[c][i];
-        out->lobe.flat[c] = p->flat[c][i];
-        out->lobe.view[c] = p->view[c][i];
+        out->point.normal[c] = p->normal[c][i];
+        out->point.flat[c] = p->flat[c][i];
+        out->point.view[c] = p->view[c][i];
         out->albedo[c] = p->albedo[c][i];
         out->f0[c] = p->f0[c][i];
     }
-    out->lobe.roughness = p->roughness[i];
+    out->point.roughness = p->roughness[i];
     out->frame = lf_frame_around(p->normal[0][i], p->normal[1][i], p->normal[2][i]);
-    out->view = lf_lobe_view(&out->lobe, &out->frame);
+    out->view = lf_shading_view(&out->point, &out->frame);
     lf_to_world(&light->space, position, out->world);
 }
 
 // What a direction meets of the light, as if there were nothing else.
 struct meeting {
-    const struct lf_encode_scene *scene;
+    const struct lf_clues_scene *scene;
     const struct lf_light_clues *light;
     const struct lane *lane;
     const float *direction;
@@ -49,7 +49,7 @@ struct meeting {
 
 static void add_meeting(struct meeting *m, const struct ng_light_hit *hit)
 {
-    float seen[3], samples = (float)m->light->shape.sample_count;
+    float seen[3], samples = (float)m->light->emitter.sample_count;
     ng_light_seen_at(&m->light->unit, hit, seen);
     float density = samples * ng_light_pdf_at(&m->light->unit, hit);
     if (density > 0)
@@ -78,23 +78,23 @@ static void meet(struct meeting *m)
         add_meeting(m, &hit);
         return;
     }
-    lf_trace_origin(m->scene->tracer, m->lane->world, m->lane->lobe.flat, m->direction, ray.origin);
+    lf_trace_origin(m->scene->tracer, m->lane->world, m->lane->point.flat, m->direction, ray.origin);
     lf_trace_emitters(m->scene->tracer, &ray, meet_emitter, m);
 }
 
 // One direction's share of the glossy light.
-static void add_direction(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+static void add_direction(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
                           const struct lane *lane, const float u[3], float glossy[3])
 {
-    float roughness = lane->lobe.roughness;
+    float roughness = lane->point.roughness;
     struct ng_local_direction h = ng_brdf_half(lane->view, roughness, u[0], u[1], u[2]);
     struct ng_local_direction l = ng_brdf_reflect(lane->view, h);
     float direction[3], pdf = ng_brdf_sample_pdf(lane->view.z, h.z, roughness);
-    lf_lobe_to_world(&lane->frame, &l, direction);
-    if (!(l.z > 0) || !(lf_dot(direction, lane->lobe.flat) > 0) || !(pdf > 0))
+    lf_local_to_world(&lane->frame, &l, direction);
+    if (!(l.z > 0) || !(lf_dot(direction, lane->point.flat) > 0) || !(pdf > 0))
         return;
     struct meeting m = {
-        .scene = scene, .light = light, .lane = lane, .direction = direction, .pdf = pdf * LF_LOBE_SAMPLES};
+        .scene = scene, .light = light, .lane = lane, .direction = direction, .pdf = pdf * LF_BRDF_SAMPLES};
     meet(&m);
     float vh = fmaxf(lane->view.x * h.x + lane->view.y * h.y + lane->view.z * h.z, 0);
     float square = light->space.radius * light->space.radius / light->phi;
@@ -103,15 +103,15 @@ static void add_direction(const struct lf_encode_scene *scene, const struct lf_l
         glossy[c] += lf_finite(lobe * ng_brdf_f(vh, lane->f0[c]) * m.sum[c]);
 }
 
-static void add_lobes(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
-                      const struct lf_points *points, uint32_t count, struct lf_lit *out)
+static void add_brdf_samples(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
+                             const struct lf_shading_points *points, uint32_t count, struct lf_lit *out)
 {
     for (uint32_t i = 0; i < count; i++) {
         struct lane lane;
         float glossy[3] = {0};
         read_lane(light, points, i, &lane);
-        for (int k = 0; k < LF_LOBE_SAMPLES; k++)
-            add_direction(scene, light, &lane, lf_lobe_samples[k], glossy);
+        for (int k = 0; k < LF_BRDF_SAMPLES; k++)
+            add_direction(scene, light, &lane, lf_brdf_samples[k], glossy);
         for (int c = 0; c < 3; c++)
             out->glossy[c][i] += glossy[c];
     }
@@ -120,12 +120,12 @@ static void add_lobes(const struct lf_encode_scene *scene, const struct lf_light
 // ---- directions around the normal, near lights without a closed form -------------------------------------
 
 // Adds what a direction finds of the diffuse light, and of the glossy one if nobody else does.
-static void add_direction_around(struct meeting *m, const struct ng_local_direction *l, float share,
+static void add_cosine_direction(struct meeting *m, const struct ng_local_direction *l, float share,
                                  bool specular, float diffuse[3], float glossy[3])
 {
     const struct lane *lane = m->lane;
     const struct ng_local_direction v = lane->view;
-    float roughness = lane->lobe.roughness, h[3] = {l->x + v.x, l->y + v.y, l->z + v.z};
+    float roughness = lane->point.roughness, h[3] = {l->x + v.x, l->y + v.y, l->z + v.z};
     if (!lf_normalize(h))
         return;
     float vh = fmaxf(v.x * h[0] + v.y * h[1] + v.z * h[2], 0);
@@ -139,28 +139,29 @@ static void add_direction_around(struct meeting *m, const struct ng_local_direct
     }
 }
 
-static void add_lane_around(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
+static void add_cosine_lane(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
                             const struct lane *lane, float share, bool specular, float diffuse[3],
                             float glossy[3])
 {
-    float u[LF_AROUND_SAMPLES][3], direction[3];
-    lf_lobe_wind(LF_AROUND_SAMPLES, u);
-    for (int k = 0; k < LF_AROUND_SAMPLES; k++) {
+    float u[LF_COSINE_SAMPLES][3], direction[3];
+    lf_brdf_spiral(LF_COSINE_SAMPLES, u);
+    for (int k = 0; k < LF_COSINE_SAMPLES; k++) {
         float sine = sqrtf(u[k][2]);
         struct ng_local_direction l = {u[k][0] * sine, u[k][1] * sine, sqrtf(1 - u[k][2])};
-        lf_lobe_to_world(&lane->frame, &l, direction);
+        lf_local_to_world(&lane->frame, &l, direction);
         struct meeting m = {.scene = scene,
                             .light = light,
                             .lane = lane,
                             .direction = direction,
-                            .pdf = share * LF_AROUND_SAMPLES * l.z / NG_PI};
-        if (lf_dot(direction, lane->lobe.flat) > 0)
-            add_direction_around(&m, &l, share, specular, diffuse, glossy);
+                            .pdf = share * LF_COSINE_SAMPLES * l.z / NG_PI};
+        if (lf_dot(direction, lane->point.flat) > 0)
+            add_cosine_direction(&m, &l, share, specular, diffuse, glossy);
     }
 }
 
-static void add_around(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
-                       const struct lf_points *points, uint32_t count, bool specular, struct lf_lit *out)
+static void add_cosine_samples(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
+                               const struct lf_shading_points *points, uint32_t count, bool specular,
+                               struct lf_lit *out)
 {
     for (uint32_t i = 0; i < count; i++) {
         struct lane lane;
@@ -168,7 +169,7 @@ static void add_around(const struct lf_encode_scene *scene, const struct lf_ligh
         if (!(out->share[i] > 0))
             continue;
         read_lane(light, points, i, &lane);
-        add_lane_around(scene, light, &lane, out->share[i], specular, diffuse, glossy);
+        add_cosine_lane(scene, light, &lane, out->share[i], specular, diffuse, glossy);
         for (int c = 0; c < 3; c++) {
             out->diffuse[c][i] += diffuse[c];
             out->glossy[c][i] += glossy[c];
@@ -176,22 +177,22 @@ static void add_around(const struct lf_encode_scene *scene, const struct lf_ligh
     }
 }
 
-void lf_direct_at(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
-                  const struct lf_points *points, uint32_t count, bool smooth, struct lf_lit *out)
+void lf_direct_at(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
+                  const struct lf_shading_points *points, uint32_t count, bool smooth, struct lf_lit *out)
 {
-    bool lobes = smooth && !light->unit.type->delta;
-    lf_kernels_of(0)->direct(&light->shape, points, lobes, out);
-    if (!light->lobes_by_hand || !light->shape.sample_count)
+    bool brdf_samples = smooth && !light->unit.type->delta;
+    lf_kernels_of(0)->direct(&light->emitter, points, brdf_samples, out);
+    if (!light->needs_brdf_rays || !light->emitter.sample_count)
         return;
-    if (lobes)
-        add_lobes(scene, light, points, count, out);
-    add_around(scene, light, points, count, !lobes, out);
+    if (brdf_samples)
+        add_brdf_samples(scene, light, points, count, out);
+    add_cosine_samples(scene, light, points, count, !brdf_samples, out);
 }
 
 // ---- pixels ----------------------------------------------------------------------------------------------
 
 struct lighting {
-    const struct lf_encode_scene *scene;
+    const struct lf_clues_scene *scene;
     const struct lf_pixel_clues *pixels;
     const struct lf_light_clues *light;
     float *const *diffuse, *const *glossy;
@@ -199,10 +200,10 @@ struct lighting {
 
 static void light_lanes(const struct lighting *l, const size_t *list, uint32_t count, bool smooth)
 {
-    struct lf_points points;
+    struct lf_shading_points points;
     struct lf_lit lit;
     for (uint32_t i = 0; i < LF_LANES; i++)
-        lf_points_set_pixel(l->pixels, list[i < count ? i : 0], (int)i, &points);
+        lf_shading_points_set_pixel(l->pixels, list[i < count ? i : 0], (int)i, &points);
     lf_direct_at(l->scene, l->light, &points, count, smooth, &lit);
     for (int c = 0; c < 3; c++)
         for (uint32_t i = 0; i < count; i++) {
@@ -241,7 +242,7 @@ static void light_runs(void *user, uint32_t begin, uint32_t end, uint32_t worker
     }
 }
 
-void lf_direct_view(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+void lf_direct_view(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                     const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3])
 {
     struct lighting lighting = {scene, pixels, light, diffuse, glossy};

@@ -53,7 +53,7 @@ static const float (*rule_of(uint32_t count))[2]
 // Half axes of a unit rectangle, or radii of a unit disk, and what maps points to coordinates along them.
 // False where they span no plane.
 static bool set_plane(const struct ng_light_surface *surface, const struct lf_space *space,
-                      struct lf_light_shape *out)
+                      struct lf_emitter *out)
 {
     bool disk = surface->shape == NG_LIGHT_SHAPE_DISK;
     float x[3], y[3], cross[3], scale = (disk ? 1 : 0.5f) / space->radius;
@@ -67,7 +67,7 @@ static bool set_plane(const struct ng_light_surface *surface, const struct lf_sp
         out->u[c] = (yy * x[c] - xy * y[c]) / determinant;
         out->v[c] = (xx * y[c] - xy * x[c]) / determinant;
     }
-    out->emitter = disk ? LF_EMITTER_DISK : LF_EMITTER_RECTANGLE;
+    out->kind = disk ? LF_EMITTER_DISK : LF_EMITTER_RECTANGLE;
     out->area = (disk ? NG_PI : 4) * sqrtf(lf_dot(cross, cross));
     out->coarseness = sqrtf(fmaxf(xx, yy)); // of a disk
     out->radius = disk ? out->coarseness : sqrtf(xx + yy + 2 * fabsf(xy));
@@ -75,7 +75,7 @@ static bool set_plane(const struct ng_light_surface *surface, const struct lf_sp
 }
 
 // Whether the light is a uniform surface with a closed form; fills what follows from it.
-static bool set_surface(const struct lf_light_clues *light, struct lf_light_shape *out)
+static bool set_surface(const struct lf_light_clues *light, struct lf_emitter *out)
 {
     const struct ng_light_source *s = &light->unit;
     struct ng_light_surface surface;
@@ -92,7 +92,7 @@ static bool set_surface(const struct lf_light_clues *light, struct lf_light_shap
     case NG_LIGHT_SHAPE_DISK:
         return set_plane(&surface, &light->space, out);
     case NG_LIGHT_SHAPE_SPHERE:
-        out->emitter = LF_EMITTER_SPHERE;
+        out->kind = LF_EMITTER_SPHERE;
         out->radius = surface.matrix[0] / light->space.radius;
         return true;
     case NG_LIGHT_SHAPE_MESH:
@@ -102,7 +102,7 @@ static bool set_surface(const struct lf_light_clues *light, struct lf_light_shap
 }
 
 static void add_sample(const struct lf_light_clues *light, const struct ng_light_sample *from, uint32_t count,
-                       struct lf_light_shape *out)
+                       struct lf_emitter *out)
 {
     if (!(from->pdf > 0))
         return;
@@ -116,16 +116,16 @@ static void add_sample(const struct lf_light_clues *light, const struct ng_light
     to->density = type->delta ? 0 : from->pdf * (float)count * (type->infinite ? 1 : square);
 }
 
-static void bound_samples(struct lf_light_shape *out)
+static void bound_samples(struct lf_emitter *out)
 {
-    float least = INFINITY, way[3];
+    float least = INFINITY, offset[3];
     for (uint32_t i = 0; i < out->sample_count; i++) {
         lf_mad(out->center, out->samples[i].position, 1 / (float)out->sample_count, out->center);
         least = fminf(least, out->samples[i].density);
     }
     for (uint32_t i = 0; i < out->sample_count; i++) {
-        lf_mad(out->samples[i].position, out->center, -1, way);
-        out->radius = fmaxf(out->radius, sqrtf(lf_dot(way, way)));
+        lf_mad(out->samples[i].position, out->center, -1, offset);
+        out->radius = fmaxf(out->radius, sqrtf(lf_dot(offset, offset)));
     }
     out->coarseness = least > 0 ? 2 / sqrtf(least) : 0;
 }
@@ -141,7 +141,7 @@ static uint32_t choose_rule(float width, float height)
     return (uint32_t)columns;
 }
 
-static void add_rule(const struct lf_light_clues *light, const float normal[3], struct lf_light_shape *out)
+static void add_rule(const struct lf_light_clues *light, const float normal[3], struct lf_emitter *out)
 {
     struct ng_light_surface surface;
     light->unit.type->surface(&light->unit, &surface);
@@ -162,31 +162,31 @@ static void add_rule(const struct lf_light_clues *light, const float normal[3], 
     }
 }
 
-void lf_shape_make(struct lf_light_clues *light)
+void lf_emitter_make(struct lf_light_clues *light)
 {
     const struct ng_light_type *type = light->unit.type;
-    struct lf_light_shape *out = &light->shape;
+    struct lf_emitter *out = &light->emitter;
     struct ng_light_sample samples[LF_LIGHT_SAMPLES];
-    *out = (struct lf_light_shape){.skin = light->skin / light->space.radius};
-    light->lobes_by_hand = false;
+    *out = (struct lf_emitter){.skin = light->skin / light->space.radius};
+    light->needs_brdf_rays = false;
     if (!(light->phi > 0))
         return; // dark, but not by its brightness: no samples
     bool closed = !type->delta && set_surface(light, out);
     if (!closed)
-        out->emitter = type->infinite ? LF_EMITTER_DIRECTION
-                       : type->delta  ? LF_EMITTER_POINT
-                                      : LF_EMITTER_SURFACE;
-    light->lobes_by_hand = !closed && !type->delta;
+        out->kind = type->infinite ? LF_EMITTER_DIRECTION
+                    : type->delta  ? LF_EMITTER_POINT
+                                   : LF_EMITTER_SURFACE;
+    light->needs_brdf_rays = !closed && !type->delta;
     ng_light_cone(&light->unit, &out->cone_scale, &out->cone_offset);
-    if (out->emitter == LF_EMITTER_SPHERE)
+    if (out->kind == LF_EMITTER_SPHERE)
         return;
     uint32_t count = type->delta ? 1 : closed ? DISK_SAMPLES : LF_LIGHT_SAMPLES;
     ng_light_vpls(&light->unit, count, samples);
     memcpy(out->normal, samples[0].normal, sizeof out->normal);
-    if (out->emitter == LF_EMITTER_RECTANGLE)
+    if (out->kind == LF_EMITTER_RECTANGLE)
         add_rule(light, samples[0].normal, out);
-    for (uint32_t i = 0; i < count && out->emitter != LF_EMITTER_RECTANGLE; i++)
+    for (uint32_t i = 0; i < count && out->kind != LF_EMITTER_RECTANGLE; i++)
         add_sample(light, &samples[i], count, out);
-    if (out->emitter == LF_EMITTER_SURFACE)
+    if (out->kind == LF_EMITTER_SURFACE)
         bound_samples(out);
 }

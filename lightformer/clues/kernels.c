@@ -24,7 +24,7 @@ struct surface {
     float view[3][LF_LANES], nv[LF_LANES];
     float alpha[LF_LANES], smith[LF_LANES]; // ng_brdf_smith of nv
     float chosen[LF_LANES];                 // density of a direction that the BRDF chooses, over D
-    float tangent[3][LF_LANES], bitangent[3][LF_LANES]; // set where lobes are sampled
+    float tangent[3][LF_LANES], bitangent[3][LF_LANES]; // set where brdf_samples are sampled
 };
 
 // Sums of light * cosine * (1 - m5), and of light * cosine * D V * (1 - m5) and ... * m5, where m5 is the
@@ -39,7 +39,7 @@ static inline float dot(float ax, float ay, float az, float bx, float by, float 
 }
 
 // Where the shading normal turns away from the viewer, the viewer counts as grazing.
-static void see(const struct lf_points *p, struct surface *s)
+static void see(const struct lf_shading_points *p, struct surface *s)
 {
     LANES
     {
@@ -85,49 +85,50 @@ struct arrival {
 };
 
 // From a lane to a point.
-struct way {
+struct connection {
     float x, y, z;         // unit
     float square, inverse; // of the length
 };
 
-static inline struct way way_to(const float point[3], const struct lf_points *p, int i)
+static inline struct connection connect(const float point[3], const struct lf_shading_points *p, int i)
 {
     float x = point[0] - p->position[0][i], y = point[1] - p->position[1][i],
           z = point[2] - p->position[2][i];
     float square = ng_max(dot(x, y, z, x, y, z), LEAST_DISTANCE), inverse = 1 / ng_sqrt(square);
-    return (struct way){x * inverse, y * inverse, z * inverse, square, inverse};
+    return (struct connection){x * inverse, y * inverse, z * inverse, square, inverse};
 }
 
-static inline void set_direction(struct arrival *a, int i, struct way way)
+static inline void set_direction(struct arrival *a, int i, struct connection to)
 {
-    a->x[i] = way.x;
-    a->y[i] = way.y;
-    a->z[i] = way.z;
+    a->x[i] = to.x;
+    a->y[i] = to.y;
+    a->z[i] = to.z;
 }
 
-static void arrive_from_surface(const struct lf_light_sample *l, const struct lf_points *p, struct arrival *a)
+static void arrive_from_surface(const struct lf_light_sample *l, const struct lf_shading_points *p,
+                                struct arrival *a)
 {
     LANES
     {
-        struct way way = way_to(l->position, p, i);
-        float cosine = -dot(way.x, way.y, way.z, l->normal[0], l->normal[1], l->normal[2]);
+        struct connection to = connect(l->position, p, i);
+        float cosine = -dot(to.x, to.y, to.z, l->normal[0], l->normal[1], l->normal[2]);
         cosine = ng_max(cosine, 0.0f);
-        set_direction(a, i, way);
-        a->light[i] = cosine * way.inverse * way.inverse;
-        a->density[i] = l->density * way.square / ng_max(cosine, 1e-6f);
+        set_direction(a, i, to);
+        a->light[i] = cosine * to.inverse * to.inverse;
+        a->density[i] = l->density * to.square / ng_max(cosine, 1e-6f);
     }
 }
 
-static void arrive_from_point(const struct lf_light_shape *shape, const struct lf_light_sample *l,
-                              const struct lf_points *p, struct arrival *a)
+static void arrive_from_point(const struct lf_emitter *emitter, const struct lf_light_sample *l,
+                              const struct lf_shading_points *p, struct arrival *a)
 {
     LANES
     {
-        struct way way = way_to(l->position, p, i);
-        float cosine = -dot(way.x, way.y, way.z, l->normal[0], l->normal[1], l->normal[2]);
-        float cone = ng_clamp(cosine * shape->cone_scale + shape->cone_offset, 0.0f, 1.0f);
-        set_direction(a, i, way);
-        a->light[i] = cone * cone * way.inverse * way.inverse;
+        struct connection to = connect(l->position, p, i);
+        float cosine = -dot(to.x, to.y, to.z, l->normal[0], l->normal[1], l->normal[2]);
+        float cone = ng_clamp(cosine * emitter->cone_scale + emitter->cone_offset, 0.0f, 1.0f);
+        set_direction(a, i, to);
+        a->light[i] = cone * cone * to.inverse * to.inverse;
         a->density[i] = 0;
     }
 }
@@ -151,24 +152,24 @@ struct cap {
     float density[LF_LANES]; // 1 / solid angle
 };
 
-static void find_caps(const struct lf_light_shape *shape, const struct lf_points *p, struct cap *cap)
+static void find_caps(const struct lf_emitter *emitter, const struct lf_shading_points *p, struct cap *cap)
 {
     LANES
     {
-        struct way way = way_to(shape->center, p, i);
-        float sine2 = shape->radius * shape->radius * way.inverse * way.inverse;
+        struct connection to = connect(emitter->center, p, i);
+        float sine2 = emitter->radius * emitter->radius * to.inverse * to.inverse;
         bool outside = sine2 < 1;
         float height = sine2 / (1 + ng_sqrt(ng_max(1 - sine2, 0.0f)));
         cap->height[i] = outside ? height : 0;
         cap->density[i] = outside ? 1 / (2 * NG_SHADER_PI * ng_max(height, 1e-20f)) : 0;
-        cap->axis[0][i] = way.x;
-        cap->axis[1][i] = way.y;
-        cap->axis[2][i] = way.z;
+        cap->axis[0][i] = to.x;
+        cap->axis[1][i] = to.y;
+        cap->axis[2][i] = to.z;
     }
     make_frames(cap->axis, cap->tangent, cap->bitangent);
 }
 
-// Uniform over the cap; `u` as lf_lobe_samples.
+// Uniform over the cap; `u` as lf_brdf_samples.
 static void arrive_from_cap(const struct cap *cap, const float u[3], float count, struct arrival *a)
 {
     LANES
@@ -184,12 +185,12 @@ static void arrive_from_cap(const struct cap *cap, const float u[3], float count
     }
 }
 
-// Adds what arrives. Who shares it: `lobes` directions of the BRDF, the specular part; `around` directions
-// around the normal, of which the part `near` counts, the diffuse part, and the specular one if nobody else
-// does. These numbers are constants where this is inlined; 0: none.
-ALWAYS void add_arrival(const struct lf_points *p, const struct surface *s, const struct arrival *a,
-                        const float weight[3], float lobes, float around, const float near[LF_LANES],
-                        struct sums *sums)
+// Adds what arrives. Who shares it: `brdf_samples` directions of the BRDF, the specular part;
+// `cosine_samples` directions around the normal, of which the part `near` counts, the diffuse part, and the
+// specular one if nobody else does. These numbers are constants where this is inlined; 0: none.
+ALWAYS void add_arrival(const struct lf_shading_points *p, const struct surface *s, const struct arrival *a,
+                        const float weight[3], float brdf_samples, float cosine_samples,
+                        const float near[LF_LANES], struct sums *sums)
 {
     LANES
     {
@@ -203,10 +204,10 @@ ALWAYS void add_arrival(const struct lf_points *p, const struct surface *s, cons
         float m5 = ng_brdf_f(vh, 0), rest = light * (1 - m5);
         float d = ng_brdf_d(nh, alpha), lobe = d * ng_brdf_v_known(nl, nv, s->smith[i], alpha);
         float kept = 1;
-        if (around > 0)
-            kept = a->density[i] / (a->density[i] + near[i] * around * nl / NG_SHADER_PI + 1e-20f);
-        if (lobes > 0)
-            lobe *= a->density[i] / (a->density[i] + lobes * d * s->chosen[i]);
+        if (cosine_samples > 0)
+            kept = a->density[i] / (a->density[i] + near[i] * cosine_samples * nl / NG_SHADER_PI + 1e-20f);
+        if (brdf_samples > 0)
+            lobe *= a->density[i] / (a->density[i] + brdf_samples * d * s->chosen[i]);
         else
             lobe *= kept;
         float facing = rest * lobe, grazing = light * m5 * lobe;
@@ -219,30 +220,31 @@ ALWAYS void add_arrival(const struct lf_points *p, const struct surface *s, cons
     }
 }
 
-ALWAYS void add_light_samples(const struct lf_light_shape *shape, const struct lf_points *p,
-                              const struct surface *s, float lobes, float around, const float near[LF_LANES],
-                              struct sums *sums)
+ALWAYS void add_light_samples(const struct lf_emitter *emitter, const struct lf_shading_points *p,
+                              const struct surface *s, float brdf_samples, float cosine_samples,
+                              const float near[LF_LANES], struct sums *sums)
 {
     struct arrival a;
-    for (uint32_t k = 0; k < shape->sample_count; k++) {
-        const struct lf_light_sample *l = &shape->samples[k];
-        if (shape->emitter == LF_EMITTER_POINT)
-            arrive_from_point(shape, l, p, &a);
-        else if (shape->emitter == LF_EMITTER_DIRECTION)
+    for (uint32_t k = 0; k < emitter->sample_count; k++) {
+        const struct lf_light_sample *l = &emitter->samples[k];
+        if (emitter->kind == LF_EMITTER_POINT)
+            arrive_from_point(emitter, l, p, &a);
+        else if (emitter->kind == LF_EMITTER_DIRECTION)
             arrive_from_direction(l, &a);
         else
             arrive_from_surface(l, p, &a);
-        add_arrival(p, s, &a, l->weight, lobes, around, near, sums);
+        add_arrival(p, s, &a, l->weight, brdf_samples, cosine_samples, near, sums);
     }
 }
 
-static inline void add_sphere(const struct lf_light_shape *shape, const struct lf_points *p,
-                              const struct surface *s, const struct cap *cap, float lobes, struct sums *sums)
+static inline void add_sphere(const struct lf_emitter *emitter, const struct lf_shading_points *p,
+                              const struct surface *s, const struct cap *cap, float brdf_samples,
+                              struct sums *sums)
 {
     struct arrival a;
-    for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
-        arrive_from_cap(cap, lf_lobe_samples[k], LF_LOBE_SAMPLES, &a);
-        add_arrival(p, s, &a, shape->radiance, lobes, 0, NULL, sums);
+    for (uint32_t k = 0; k < LF_BRDF_SAMPLES; k++) {
+        arrive_from_cap(cap, lf_brdf_samples[k], LF_BRDF_SAMPLES, &a);
+        add_arrival(p, s, &a, emitter->radiance, brdf_samples, 0, NULL, sums);
     }
 }
 
@@ -255,8 +257,8 @@ struct reflection {
     float m5[LF_LANES], pdf[LF_LANES];
 };
 
-static inline void reflect_lane(const struct lf_points *p, const struct surface *s, float u0, float u1,
-                                float u2, struct reflection *r, int i)
+static inline void reflect_lane(const struct lf_shading_points *p, const struct surface *s, float u0,
+                                float u1, float u2, struct reflection *r, int i)
 {
     float vx = s->view[0][i], vy = s->view[1][i], vz = s->view[2][i], roughness = p->roughness[i];
     struct ng_local_direction v = {
@@ -279,15 +281,15 @@ static inline void reflect_lane(const struct lf_points *p, const struct surface 
 }
 
 // One sample at all lanes.
-ALWAYS void reflect(const struct lf_points *p, const struct surface *s, const float u[3],
+ALWAYS void reflect(const struct lf_shading_points *p, const struct surface *s, const float u[3],
                     struct reflection *r)
 {
     LANES reflect_lane(p, s, u[0], u[1], u[2], r, i);
 }
 
 // One at each.
-static void reflect_each(const struct lf_points *p, const struct surface *s, const float u[3][LF_LANES],
-                         struct reflection *r)
+static void reflect_each(const struct lf_shading_points *p, const struct surface *s,
+                         const float u[3][LF_LANES], struct reflection *r)
 {
     LANES reflect_lane(p, s, u[0][i], u[1][i], u[2][i], r, i);
 }
@@ -312,13 +314,13 @@ struct plane {
     float area;
 };
 
-static inline struct plane plane_of(const struct lf_light_shape *shape)
+static inline struct plane plane_of(const struct lf_emitter *emitter)
 {
-    struct plane p = {.area = shape->area};
-    memcpy(p.center, shape->center, sizeof p.center);
-    memcpy(p.normal, shape->normal, sizeof p.normal);
-    memcpy(p.u, shape->u, sizeof p.u);
-    memcpy(p.v, shape->v, sizeof p.v);
+    struct plane p = {.area = emitter->area};
+    memcpy(p.center, emitter->center, sizeof p.center);
+    memcpy(p.normal, emitter->normal, sizeof p.normal);
+    memcpy(p.u, emitter->u, sizeof p.u);
+    memcpy(p.v, emitter->v, sizeof p.v);
     p.uu = dot(p.u[0], p.u[1], p.u[2], p.u[0], p.u[1], p.u[2]);
     p.vv = dot(p.v[0], p.v[1], p.v[2], p.v[0], p.v[1], p.v[2]);
     return p;
@@ -327,12 +329,12 @@ static inline struct plane plane_of(const struct lf_light_shape *shape)
 // A direction stands for a sixteenth of its lobe, which is as wide as the density is low. Since all pixels
 // take the same sixteen, an edge would show as that many steps; so it is blurred by the width on the light's
 // plane.
-ALWAYS void meet_plane(const struct lf_light_shape *shape, const struct lf_points *p,
+ALWAYS void meet_plane(const struct lf_emitter *emitter, const struct lf_shading_points *p,
                        const struct reflection *r, float count, struct meeting *m)
 {
-    const struct plane e = plane_of(shape);
+    const struct plane e = plane_of(emitter);
     const float *u = e.u, *v = e.v, per_u = ng_sqrt(e.uu), per_v = ng_sqrt(e.vv);
-    bool disk = shape->emitter == LF_EMITTER_DISK;
+    bool disk = emitter->kind == LF_EMITTER_DISK;
     LANES
     {
         float x = e.center[0] - p->position[0][i], y = e.center[1] - p->position[1][i],
@@ -342,7 +344,7 @@ ALWAYS void meet_plane(const struct lf_light_shape *shape, const struct lf_point
         float slope = ng_max(cosine, 1e-6f), t = height / slope;
         x = r->x[i] * t - x, y = r->y[i] * t - y, z = r->z[i] * t - z;
         float a = dot(x, y, z, u[0], u[1], u[2]), b = dot(x, y, z, v[0], v[1], v[2]);
-        float chosen = LF_LOBE_SAMPLES * r->pdf[i];
+        float chosen = LF_BRDF_SAMPLES * r->pdf[i];
         float half = 0.5f * t * ng_sqrt(1 / ng_max(chosen * slope, 1e-12f));
         float half_u = ng_max(half * per_u, LEAST_BLUR), half_v = ng_max(half * per_v, LEAST_BLUR);
         float across = ng_sqrt(a * a + b * b), half_disk = ng_sqrt(half_u * half_v);
@@ -359,7 +361,7 @@ static void meet_cap(const struct cap *cap, const struct reflection *r, float co
     LANES
     {
         float cosine = dot(r->x[i], r->y[i], r->z[i], cap->axis[0][i], cap->axis[1][i], cap->axis[2][i]);
-        float chosen = LF_LOBE_SAMPLES * r->pdf[i];
+        float chosen = LF_BRDF_SAMPLES * r->pdf[i];
         float radius = ng_sqrt(2 * ng_max(cap->height[i], 1e-12f)); // half angles, nearly
         float half = ng_max(0.5f * ng_sqrt(1 / ng_max(chosen, 1e-12f)) / radius, LEAST_BLUR);
         float across = ng_sqrt(2 * ng_max(1 - cosine, 0.0f)) / radius;
@@ -368,32 +370,32 @@ static void meet_cap(const struct cap *cap, const struct reflection *r, float co
     }
 }
 
-static void add_reflection(const struct lf_light_shape *shape, const struct reflection *r,
+static void add_reflection(const struct lf_emitter *emitter, const struct reflection *r,
                            const struct meeting *m, struct sums *sums)
 {
     LANES
     {
         bool meets = m->density[i] > 0 && r->pdf[i] > 0;
-        float light = meets ? r->value[i] * m->part[i] / (LF_LOBE_SAMPLES * r->pdf[i] + m->density[i]) : 0;
+        float light = meets ? r->value[i] * m->part[i] / (LF_BRDF_SAMPLES * r->pdf[i] + m->density[i]) : 0;
         for (int c = 0; c < 3; c++) {
-            sums->facing[c][i] += light * (1 - r->m5[i]) * shape->radiance[c];
-            sums->grazing[c][i] += light * r->m5[i] * shape->radiance[c];
+            sums->facing[c][i] += light * (1 - r->m5[i]) * emitter->radiance[c];
+            sums->grazing[c][i] += light * r->m5[i] * emitter->radiance[c];
         }
     }
 }
 
-ALWAYS void add_lobes(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
-                      const struct cap *cap, struct sums *sums)
+ALWAYS void add_brdf_samples(const struct lf_emitter *emitter, const struct lf_shading_points *p,
+                             const struct surface *s, const struct cap *cap, struct sums *sums)
 {
-    for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
+    for (uint32_t k = 0; k < LF_BRDF_SAMPLES; k++) {
         struct reflection r;
         struct meeting m;
-        reflect(p, s, lf_lobe_samples[k], &r);
-        if (shape->emitter == LF_EMITTER_SPHERE)
-            meet_cap(cap, &r, LF_LOBE_SAMPLES, &m);
+        reflect(p, s, lf_brdf_samples[k], &r);
+        if (emitter->kind == LF_EMITTER_SPHERE)
+            meet_cap(cap, &r, LF_BRDF_SAMPLES, &m);
         else
-            meet_plane(shape, p, &r, (float)shape->sample_count, &m);
-        add_reflection(shape, &r, &m, sums);
+            meet_plane(emitter, p, &r, (float)emitter->sample_count, &m);
+        add_reflection(emitter, &r, &m, sums);
     }
 }
 
@@ -413,10 +415,10 @@ static bool is_any_near(const float share[LF_LANES])
 }
 
 // What most lanes are not is found out cheaply.
-static inline bool may_be_near(const struct lf_light_shape *shape, const struct lf_points *p)
+static inline bool may_be_near(const struct lf_emitter *emitter, const struct lf_shading_points *p)
 {
-    float reach = shape->radius + NEAR_BEGINS * shape->coarseness, square = reach * reach;
-    const float x = shape->center[0], y = shape->center[1], z = shape->center[2];
+    float range = emitter->radius + NEAR_BEGINS * emitter->coarseness, square = range * range;
+    const float x = emitter->center[0], y = emitter->center[1], z = emitter->center[2];
     int any = 0;
     _Pragma("omp simd reduction(| : any)") for (int i = 0; i < LF_LANES; i++)
     {
@@ -427,20 +429,20 @@ static inline bool may_be_near(const struct lf_light_shape *shape, const struct 
 }
 
 // How much of a flat emitter's light directions around the normal share with its samples; false if none.
-static bool find_near_plane(const struct lf_light_shape *shape, const struct lf_points *p,
+static bool find_near_plane(const struct lf_emitter *emitter, const struct lf_shading_points *p,
                             float share[LF_LANES])
 {
-    const struct plane e = plane_of(shape);
+    const struct plane e = plane_of(emitter);
     const float *u = e.u, *v = e.v, *n = e.normal;
-    float per_unit = 1 / shape->coarseness, skin = shape->skin; // within it lies the emitter itself
-    bool disk = shape->emitter == LF_EMITTER_DISK;
+    float per_unit = 1 / emitter->coarseness, skin = emitter->skin; // within it lies the emitter itself
+    bool disk = emitter->kind == LF_EMITTER_DISK;
     LANES
     {
         float x = p->position[0][i] - e.center[0], y = p->position[1][i] - e.center[1],
               z = p->position[2][i] - e.center[2];
         float a = dot(x, y, z, u[0], u[1], u[2]), b = dot(x, y, z, v[0], v[1], v[2]);
         float height = dot(x, y, z, n[0], n[1], n[2]);
-        // What lies beside the shape, in half widths.
+        // What lies beside the emitter, in half widths.
         float beside_u = ng_max(ng_max(a, -a) - 1, 0.0f), beside_v = ng_max(ng_max(b, -b) - 1, 0.0f);
         float beside_disk = ng_max(ng_sqrt(a * a + b * b) - 1, 0.0f);
         float beside = disk ? beside_disk * beside_disk / ng_min(e.uu, e.vv)
@@ -453,16 +455,16 @@ static bool find_near_plane(const struct lf_light_shape *shape, const struct lf_
 }
 
 // The same of other emitters, by the nearest sample: four of them in a row are twice the coarseness.
-static bool find_near_samples(const struct lf_light_shape *shape, const struct lf_points *p,
+static bool find_near_samples(const struct lf_emitter *emitter, const struct lf_shading_points *p,
                               float share[LF_LANES])
 {
     float least[LF_LANES];
     LANES least[i] = INFINITY;
-    for (uint32_t k = 0; k < shape->sample_count; k++) {
-        const struct lf_light_sample *l = &shape->samples[k];
+    for (uint32_t k = 0; k < emitter->sample_count; k++) {
+        const struct lf_light_sample *l = &emitter->samples[k];
         LANES
         {
-            float square = way_to(l->position, p, i).square * l->density;
+            float square = connect(l->position, p, i).square * l->density;
             least[i] = ng_min(least[i], square);
         }
     }
@@ -470,9 +472,9 @@ static bool find_near_samples(const struct lf_light_shape *shape, const struct l
     return is_any_near(share);
 }
 
-// By the cosine; `u` as lf_lobe_samples.
-static void choose_around(const struct lf_points *p, const struct surface *s, const float u[3],
-                          struct reflection *r)
+// By the cosine; `u` as lf_brdf_samples.
+static void choose_by_cosine(const struct lf_shading_points *p, const struct surface *s, const float u[3],
+                             struct reflection *r)
 {
     float sine = ng_sqrt(u[2]), cosine = ng_sqrt(1 - u[2]), a = u[0] * sine, b = u[1] * sine;
     LANES
@@ -485,28 +487,29 @@ static void choose_around(const struct lf_points *p, const struct surface *s, co
 }
 
 // What directions around the normal find of a flat emitter: the part of its light that its samples leave out.
-static void add_around(const struct lf_light_shape *shape, const struct lf_points *p, const struct surface *s,
-                       float lobes, const float near[LF_LANES], struct sums *sums)
+static void add_cosine_samples(const struct lf_emitter *emitter, const struct lf_shading_points *p,
+                               const struct surface *s, float brdf_samples, const float near[LF_LANES],
+                               struct sums *sums)
 {
     struct sums found;
     memset(&found, 0, sizeof found);
-    for (uint32_t k = 0; k < LF_LOBE_SAMPLES; k++) {
+    for (uint32_t k = 0; k < LF_BRDF_SAMPLES; k++) {
         struct reflection r;
         struct meeting m;
         struct arrival a;
-        choose_around(p, s, lf_lobe_samples[k], &r);
-        meet_plane(shape, p, &r, (float)shape->sample_count, &m);
+        choose_by_cosine(p, s, lf_brdf_samples[k], &r);
+        meet_plane(emitter, p, &r, (float)emitter->sample_count, &m);
         LANES
         {
-            float chosen = near[i] * LF_LOBE_SAMPLES * r.pdf[i];
+            float chosen = near[i] * LF_BRDF_SAMPLES * r.pdf[i];
             a.x[i] = r.x[i], a.y[i] = r.y[i], a.z[i] = r.z[i];
             a.light[i] = near[i] * m.part[i] / (chosen + m.density[i] + 1e-20f);
             a.light[i] = m.density[i] > 0 ? a.light[i] : 0;
             a.density[i] = 0;
         }
-        add_arrival(p, s, &a, shape->radiance, 0, 0, NULL, &found);
+        add_arrival(p, s, &a, emitter->radiance, 0, 0, NULL, &found);
     }
-    bool specular = !(lobes > 0); // else directions of the BRDF find it
+    bool specular = !(brdf_samples > 0); // else directions of the BRDF find it
     for (int c = 0; c < 3; c++)
         LANES
         {
@@ -518,7 +521,7 @@ static void add_around(const struct lf_light_shape *shape, const struct lf_point
 
 // ---- the kernels -----------------------------------------------------------------------------------------
 
-static void finish(const struct lf_points *p, const struct sums *sums, struct lf_lit *out)
+static void finish(const struct lf_shading_points *p, const struct sums *sums, struct lf_lit *out)
 {
     for (int c = 0; c < 3; c++)
         LANES
@@ -531,60 +534,62 @@ static void finish(const struct lf_points *p, const struct sums *sums, struct lf
 
 // What shares the light is constant wherever this is inlined, which it must be, so that surfaces that are
 // rough and far do none of the work of weighing.
-ALWAYS void light_surfaces(const struct lf_light_shape *shape, const struct lf_points *p, float lobes,
-                           float around, const float near[LF_LANES], struct lf_lit *out)
+ALWAYS void light_surfaces(const struct lf_emitter *emitter, const struct lf_shading_points *p,
+                           float brdf_samples, float cosine_samples, const float near[LF_LANES],
+                           struct lf_lit *out)
 {
     struct surface s;
     struct sums sums;
     struct cap cap;
     memset(&sums, 0, sizeof sums);
     see(p, &s);
-    if (shape->emitter == LF_EMITTER_SPHERE) {
-        find_caps(shape, p, &cap);
-        add_sphere(shape, p, &s, &cap, lobes, &sums);
+    if (emitter->kind == LF_EMITTER_SPHERE) {
+        find_caps(emitter, p, &cap);
+        add_sphere(emitter, p, &s, &cap, brdf_samples, &sums);
     } else {
-        add_light_samples(shape, p, &s, lobes, around, near, &sums);
+        add_light_samples(emitter, p, &s, brdf_samples, cosine_samples, near, &sums);
     }
-    if (shape->emitter >= LF_EMITTER_RECTANGLE) {
+    if (emitter->kind >= LF_EMITTER_RECTANGLE) {
         make_frames(p->normal, s.tangent, s.bitangent);
-        if (around > 0 && shape->emitter != LF_EMITTER_SURFACE)
-            add_around(shape, p, &s, lobes, near, &sums);
-        if (lobes > 0)
-            add_lobes(shape, p, &s, &cap, &sums);
+        if (cosine_samples > 0 && emitter->kind != LF_EMITTER_SURFACE)
+            add_cosine_samples(emitter, p, &s, brdf_samples, near, &sums);
+        if (brdf_samples > 0)
+            add_brdf_samples(emitter, p, &s, &cap, &sums);
     }
     finish(p, &sums, out);
 }
 
-static bool find_near(const struct lf_light_shape *shape, const struct lf_points *p, float share[LF_LANES])
+static bool find_near(const struct lf_emitter *emitter, const struct lf_shading_points *p,
+                      float share[LF_LANES])
 {
     memset(share, 0, LF_LANES * sizeof *share);
-    if (!may_be_near(shape, p))
+    if (!may_be_near(emitter, p))
         return false;
-    switch (shape->emitter) {
+    switch (emitter->kind) {
     case LF_EMITTER_RECTANGLE:
     case LF_EMITTER_DISK:
-        return find_near_plane(shape, p, share);
+        return find_near_plane(emitter, p, share);
     case LF_EMITTER_SURFACE:
-        return find_near_samples(shape, p, share);
+        return find_near_samples(emitter, p, share);
     default:
         return false;
     }
 }
 
-static void direct(const struct lf_light_shape *shape, const struct lf_points *p, bool lobes,
+static void direct(const struct lf_emitter *emitter, const struct lf_shading_points *p, bool brdf_samples,
                    struct lf_lit *out)
 {
-    float around = shape->emitter == LF_EMITTER_SURFACE ? LF_AROUND_SAMPLES : LF_LOBE_SAMPLES;
-    if (find_near(shape, p, out->share))
-        light_surfaces(shape, p, lobes ? LF_LOBE_SAMPLES : 0, around, out->share, out);
-    else if (lobes)
-        light_surfaces(shape, p, LF_LOBE_SAMPLES, 0, out->share, out);
+    float cosine_samples = emitter->kind == LF_EMITTER_SURFACE ? LF_COSINE_SAMPLES : LF_BRDF_SAMPLES;
+    if (find_near(emitter, p, out->share))
+        light_surfaces(emitter, p, brdf_samples ? LF_BRDF_SAMPLES : 0, cosine_samples, out->share, out);
+    else if (brdf_samples)
+        light_surfaces(emitter, p, LF_BRDF_SAMPLES, 0, out->share, out);
     else
-        light_surfaces(shape, p, 0, 0, out->share, out);
+        light_surfaces(emitter, p, 0, 0, out->share, out);
 }
 
 // A source is a small disk: its form factor does not grow without bounds where the receiver comes near.
-static void add_source(const struct lf_bounce_source *source, const struct lf_points *p,
+static void add_source(const struct lf_rsm_source *source, const struct lf_shading_points *p,
                        float sums[3][LF_LANES])
 {
     LANES
@@ -601,12 +606,12 @@ static void add_source(const struct lf_bounce_source *source, const struct lf_po
     }
 }
 
-static void bounce(const struct lf_bounce_source *sources, uint32_t count, const struct lf_points *p,
-                   float out[3][LF_LANES])
+static void rsm_gather(const struct lf_rsm_source *sources, uint32_t count, const struct lf_shading_points *p,
+                       float out[3][LF_LANES])
 {
     float sums[3][LF_LANES] = {{0}};
     for (uint32_t k = 0; k < count; k++) {
-        const struct lf_bounce_source source = sources[k];
+        const struct lf_rsm_source source = sources[k];
         add_source(&source, p, sums);
     }
     memcpy(out, sums, sizeof sums);
@@ -618,11 +623,11 @@ static void bounce(const struct lf_bounce_source *sources, uint32_t count, const
 
 // The point of a flat emitter that a direction comes nearest to: where it meets the plane, drawn in to the
 // edge.
-static void nearest_of_plane(const struct lf_light_shape *l, const struct lf_points *p,
+static void nearest_of_plane(const struct lf_emitter *l, const struct lf_shading_points *p,
                              const struct reflection *r, float out[3][LF_LANES])
 {
     const float *u = l->u, *v = l->v, *n = l->normal;
-    bool disk = l->emitter == LF_EMITTER_DISK;
+    bool disk = l->kind == LF_EMITTER_DISK;
     LANES
     {
         float x = l->center[0] - p->position[0][i], y = l->center[1] - p->position[1][i],
@@ -641,7 +646,7 @@ static void nearest_of_plane(const struct lf_light_shape *l, const struct lf_poi
     }
 }
 
-static void nearest_of_sphere(const struct lf_light_shape *l, const struct lf_points *p,
+static void nearest_of_sphere(const struct lf_emitter *l, const struct lf_shading_points *p,
                               const struct reflection *r, float out[3][LF_LANES])
 {
     LANES
@@ -659,7 +664,7 @@ static void nearest_of_sphere(const struct lf_light_shape *l, const struct lf_po
 }
 
 // Among samples, the one whose direction is nearest; the centre, where all turn away.
-static void nearest_of_samples(const struct lf_light_shape *l, const struct lf_points *p,
+static void nearest_of_samples(const struct lf_emitter *l, const struct lf_shading_points *p,
                                const struct reflection *r, float out[3][LF_LANES])
 {
     float best[LF_LANES];
@@ -668,15 +673,15 @@ static void nearest_of_samples(const struct lf_light_shape *l, const struct lf_p
         best[i] = -2;
         out[0][i] = l->center[0], out[1][i] = l->center[1], out[2][i] = l->center[2];
     }
-    bool infinite = l->emitter == LF_EMITTER_DIRECTION, surface = l->emitter == LF_EMITTER_SURFACE;
+    bool infinite = l->kind == LF_EMITTER_DIRECTION, surface = l->kind == LF_EMITTER_SURFACE;
     float off = surface ? l->skin : 0;
     for (uint32_t k = 0; k < l->sample_count; k++) {
         const struct lf_light_sample *sample = &l->samples[k];
         const float *n = sample->normal;
         LANES
         {
-            struct way way = way_to(sample->position, p, i);
-            float x = infinite ? -n[0] : way.x, y = infinite ? -n[1] : way.y, z = infinite ? -n[2] : way.z;
+            struct connection to = connect(sample->position, p, i);
+            float x = infinite ? -n[0] : to.x, y = infinite ? -n[1] : to.y, z = infinite ? -n[2] : to.z;
             float cosine = dot(x, y, z, r->x[i], r->y[i], r->z[i]);
             cosine = surface && dot(x, y, z, n[0], n[1], n[2]) >= 0 ? -3 : cosine;
             bool nearer = cosine > best[i];
@@ -691,7 +696,7 @@ static void nearest_of_samples(const struct lf_light_shape *l, const struct lf_p
     }
 }
 
-static void aim(const struct lf_light_shape *light, const struct lf_points *p, const float u[3][LF_LANES],
+static void aim(const struct lf_emitter *light, const struct lf_shading_points *p, const float u[3][LF_LANES],
                 struct lf_aim *out)
 {
     struct surface s;
@@ -700,9 +705,9 @@ static void aim(const struct lf_light_shape *light, const struct lf_points *p, c
     see(p, &s);
     make_frames(p->normal, s.tangent, s.bitangent);
     reflect_each(p, &s, u, &r);
-    if (light->emitter == LF_EMITTER_SPHERE)
+    if (light->kind == LF_EMITTER_SPHERE)
         nearest_of_sphere(light, p, &r, target);
-    else if (light->emitter == LF_EMITTER_RECTANGLE || light->emitter == LF_EMITTER_DISK)
+    else if (light->kind == LF_EMITTER_RECTANGLE || light->kind == LF_EMITTER_DISK)
         nearest_of_plane(light, p, &r, target);
     else
         nearest_of_samples(light, p, &r, target);
@@ -726,31 +731,32 @@ static void aim(const struct lf_light_shape *light, const struct lf_points *p, c
 
 // ---- reflections ------------------------------------------------------------------------------------------
 
-#define BLOCK_LANES _Pragma("omp simd") for (int i = 0; i < LF_BLOCK_LANES; i++)
+#define BLOCK_LANES _Pragma("omp simd") for (int i = 0; i < LF_NEIGHBOUR_LANES; i++)
 
 // Of the half vectors between viewer and rays; a ray that the surface does not reflect loses its weight.
 struct halves {
-    float cosine[LF_BLOCK_LANES];  // of the ray
-    float nh[LF_BLOCK_LANES];      // of the half vector
-    float tangent[LF_BLOCK_LANES]; // of the half vector, squared
+    float cosine[LF_NEIGHBOUR_LANES];  // of the ray
+    float nh[LF_NEIGHBOUR_LANES];      // of the half vector
+    float tangent[LF_NEIGHBOUR_LANES]; // of the half vector, squared
 };
 
 // How much a ray from elsewhere counts, by the cosine between the normals and the height over the plane, in
-// grains. Far milder than lf_pixel_likeness: there a neighbour's answer is taken as it is, and holds for its
-// own normal; here what its ray met is weighed by this surface's own BRDF, so that bent surfaces may share.
-static inline float ray_likeness(float facing, float height)
+// grains. Far milder than lf_bilateral_weight: there a neighbour's answer is taken as it is, and holds for
+// its own normal; here what its ray met is weighed by this surface's own BRDF, so that bent surfaces may
+// share.
+static inline float ray_weight(float facing, float height)
 {
     return ng_max(facing, 0.0f) / (1 + height * height);
 }
 
-static void find_halves(const struct lf_lobe *at, float grain, const struct lf_block_hits *h,
-                        struct halves *out, float weight[LF_BLOCK_LANES])
+static void find_halves(const struct lf_shading_point *at, float grain, const struct lf_neighbour_rays *h,
+                        struct halves *out, float weight[LF_NEIGHBOUR_LANES])
 {
     const float *n = at->normal, *f = at->flat, *v = at->view;
     float per_grain = 1 / grain;
     BLOCK_LANES
     {
-        float wx = h->way[0][i], wy = h->way[1][i], wz = h->way[2][i];
+        float wx = h->to[0][i], wy = h->to[1][i], wz = h->to[2][i];
         float scale = 1 / ng_sqrt(ng_max(dot(wx, wy, wz, wx, wy, wz), 1e-30f));
         wx *= scale;
         wy *= scale;
@@ -764,7 +770,7 @@ static void find_halves(const struct lf_lobe *at, float grain, const struct lf_b
         float kept = nl > 0 ? h->weight[i] : 0;
         kept = fl > 0 ? kept : 0;
         kept = nh > 0 ? kept : 0;
-        weight[i] = kept * ray_likeness(facing, height);
+        weight[i] = kept * ray_weight(facing, height);
         out->cosine[i] = nl;
         out->nh[i] = ng_min(nh, 1.0f);
         float tangent = ng_max(1 - square, 0.0f) / ng_max(square, 1e-6f);
@@ -772,13 +778,13 @@ static void find_halves(const struct lf_lobe *at, float grain, const struct lf_b
     }
 }
 
-static void reflect_rays(const struct lf_lobe *at, float grain, const struct lf_block_hits *hits,
-                         float weight[LF_BLOCK_LANES])
+static void reflect_rays(const struct lf_shading_point *at, float grain, const struct lf_neighbour_rays *hits,
+                         float weight[LF_NEIGHBOUR_LANES])
 {
     struct halves h;
     find_halves(at, grain, hits, &h, weight);
-    float least = h.tangent[0], alpha = ng_brdf_alpha(at->roughness), nv = lf_lobe_cosine(at);
-    for (int i = 1; i < LF_BLOCK_LANES; i++)
+    float least = h.tangent[0], alpha = ng_brdf_alpha(at->roughness), nv = lf_shading_cosine(at);
+    for (int i = 1; i < LF_NEIGHBOUR_LANES; i++)
         least = ng_min(least, h.tangent[i]);
     float roughness = ng_sqrt(ng_min(ng_sqrt(alpha * alpha + least), 1.0f));
     BLOCK_LANES
@@ -794,5 +800,8 @@ static void reflect_rays(const struct lf_lobe *at, float grain, const struct lf_
 #define TABLE_(x) lf_kernels_##x
 #define TABLE(x)  TABLE_(x)
 extern const struct lf_kernels TABLE(NG_KERNELS);
-const struct lf_kernels TABLE(NG_KERNELS) = {
-    .name = NAME(NG_KERNELS), .direct = direct, .bounce = bounce, .aim = aim, .reflect = reflect_rays};
+const struct lf_kernels TABLE(NG_KERNELS) = {.name = NAME(NG_KERNELS),
+                                             .direct = direct,
+                                             .rsm_gather = rsm_gather,
+                                             .aim = aim,
+                                             .reflect = reflect_rays};

@@ -18,7 +18,7 @@ NG_EXTERN_C_BEGIN
 #define LF_LANES 16
 
 // Surfaces that light falls on, by lane. Lanes that are not in use hold any finite numbers.
-struct lf_points {
+struct lf_shading_points {
     float position[3][LF_LANES];
     float normal[3][LF_LANES]; // shading, unit
     float flat[3][LF_LANES];   // geometric, unit, towards the viewer
@@ -33,9 +33,9 @@ struct lf_lit {
     float share[LF_LANES];
 };
 
-#define LF_AROUND_SAMPLES 64
+#define LF_COSINE_SAMPLES 64
 
-enum lf_emitter {
+enum lf_emitter_kind {
     LF_EMITTER_POINT,     // samples are points with a cone
     LF_EMITTER_DIRECTION, // samples are directions at infinity
     LF_EMITTER_SURFACE,   // samples are points of any surface
@@ -54,14 +54,14 @@ struct lf_light_sample {
 #define LF_LIGHT_SAMPLES 64
 
 // A light as the kernels take it.
-struct lf_light_shape {
-    enum lf_emitter emitter;
+struct lf_emitter {
+    enum lf_emitter_kind kind;
     uint32_t sample_count;
     struct lf_light_sample samples[LF_LIGHT_SAMPLES];
     float cone_scale, cone_offset; // of points: falloff = clamp(cos * scale + offset)^2
     // Rectangle, disk, sphere.
     float center[3], normal[3]; // normal: the side that emits
-    float u[3], v[3];           // local coordinates of x: (x - center) . u, .v; from -1 to 1 on the shape
+    float u[3], v[3];           // local coordinates of x: (x - center) . u, .v; from -1 to 1 on the surface
     float area, radius;         // radius: of a sphere, or around the others
     float skin;                 // rays end so far off the surface
     // Half the width that four samples in a row cover: from nearer than that they show one by one. Of any
@@ -70,8 +70,8 @@ struct lf_light_shape {
     float radiance[3];
 };
 
-// A direct VPL of the second bounce: a group of RSM texels.
-struct lf_bounce_source {
+// A direct VPL of the RSM gather: a group of RSM texels.
+struct lf_rsm_source {
     float position[3], normal[3];
     float flux[3]; // reflected
     float area;    // of the surface that it stands for
@@ -83,38 +83,38 @@ struct lf_aim {
     float weight[LF_LANES];                           // BRDF times cosine there
 };
 
-#define LF_BLOCK_LANES 32 // LF_BLOCK_REACH^2 rays of a block, rounded up
+#define LF_NEIGHBOUR_LANES 32 // LF_INTERLEAVE_TAPS^2 rays of a block, rounded up
 
 // Rays around a surface, relative to it.
-struct lf_block_hits {
-    float from[3][LF_BLOCK_LANES];   // where they began
-    float normal[3][LF_BLOCK_LANES]; // there
-    float way[3][LF_BLOCK_LANES];    // to what they met, or into the direction in which there is nothing
-    float density[LF_BLOCK_LANES];   // per steradian, with which they were chosen
-    float weight[LF_BLOCK_LANES];    // by place; 0: no ray
+struct lf_neighbour_rays {
+    float from[3][LF_NEIGHBOUR_LANES];   // where they began
+    float normal[3][LF_NEIGHBOUR_LANES]; // there
+    float to[3][LF_NEIGHBOUR_LANES];     // to what they met, or into the direction in which there is nothing
+    float density[LF_NEIGHBOUR_LANES];   // per steradian, with which they were chosen
+    float weight[LF_NEIGHBOUR_LANES];    // in the window; 0: no ray
 };
 
 struct lf_kernels {
     const char *name;
-    // Radiance by parts. `lobes`: the light's samples share the specular part with LF_LOBE_SAMPLES directions
-    // chosen by the BRDF, for surfaces smooth enough that light samples alone would show. Where the emitter
-    // is a rectangle, disk or sphere these are in the result, and so are directions around the normal; for
-    // other extended lights the caller adds both.
-    void (*direct)(const struct lf_light_shape *light, const struct lf_points *points, bool lobes,
+    // Radiance by parts. `brdf_samples`: the light's samples share the specular part with LF_BRDF_SAMPLES
+    // directions chosen by the BRDF, for surfaces smooth enough that light samples alone would show. Where
+    // the emitter is a rectangle, disk or sphere these are in the result, and so are directions around the
+    // normal; for other extended lights the caller adds both.
+    void (*direct)(const struct lf_emitter *light, const struct lf_shading_points *points, bool brdf_samples,
                    struct lf_lit *out);
     // Irradiance / pi.
-    void (*bounce)(const struct lf_bounce_source *sources, uint32_t count, const struct lf_points *points,
-                   float out[3][LF_LANES]);
-    // To the parts of a light that directions of the BRDF, which `u` chooses (lf_lobe_samples), come nearest
+    void (*rsm_gather)(const struct lf_rsm_source *sources, uint32_t count,
+                       const struct lf_shading_points *points, float out[3][LF_LANES]);
+    // To the parts of a light that directions of the BRDF, which `u` chooses (lf_brdf_samples), come nearest
     // to.
-    void (*aim)(const struct lf_light_shape *light, const struct lf_points *points,
+    void (*aim)(const struct lf_emitter *light, const struct lf_shading_points *points,
                 const float u[3][LF_LANES], struct lf_aim *out);
     // What each ray counts: weight times BRDF and cosine, over the sum of both densities with which it could
     // have been chosen (balance heuristic), on surfaces like this one: `grain` is the distance from its plane
     // that halves a weight. A lobe that is so narrow that it ends between the rays is widened to the nearest
     // one.
-    void (*reflect)(const struct lf_lobe *at, float grain, const struct lf_block_hits *hits,
-                    float weight[LF_BLOCK_LANES]);
+    void (*reflect)(const struct lf_shading_point *at, float grain, const struct lf_neighbour_rays *hits,
+                    float weight[LF_NEIGHBOUR_LANES]);
 };
 
 // The sets that this CPU has, the fastest first; null past the end.

@@ -42,12 +42,22 @@ static void set_value(struct lf_pixel_clues *p, enum lf_net_input input, const f
     p->values.of[input] = plane;
 }
 
+static ng_result begin_memory(struct lf_pixel_clues *p)
+{
+    const struct lf_clues_bytes bytes = lf_clues_bytes(p->width, p->height, p->reflection_rays);
+    for (int i = 0; i < LF_PIXEL_PARTS; i++)
+        if (i != LF_PIXEL_EMISSION)
+            NG_TRY(lf_memory_begin(&p->memory[i], bytes.pixels[i], "the inputs of a picture"));
+    return NG_OK;
+}
+
 static ng_result lay_out(struct lf_pixel_clues *p)
 {
     size_t count = (size_t)p->width * p->height;
-    if (!ng_array_resize(&p->memory.list, LF_PIXEL_PLANES * (count + LF_PLANE_GAP)))
+    LF_PART(float) all;
+    if (!lf_take(&p->memory[LF_PIXEL_PLANES_PART], &all, LF_PIXEL_PLANES * (count + LF_PLANE_GAP)))
         return ng_out_of_memory("the inputs of a picture");
-    struct layout l = {.out = p, .next = p->memory.list.items, .count = count};
+    struct layout l = {.out = p, .next = all.items, .count = count};
     set_planes(&l, &p->mask, 1);
     set_planes(&l, p->position, 3);
     set_planes(&l, p->normal, 3);
@@ -57,10 +67,9 @@ static ng_result lay_out(struct lf_pixel_clues *p)
     set_planes(&l, p->diffuse, 3);
     set_planes(&l, p->specular, 3);
     set_planes(&l, &p->roughness, 1);
-    set_planes(&l, &p->mirror, 1);
-    set_planes(&l, &p->mirror_missed, 1);
-    set_planes(&l, p->mirror_albedo, 3);
-    set_planes(&l, p->mirror_emission, 3);
+    set_planes(&l, &p->reflection_nearness, 1);
+    set_planes(&l, &p->reflection_missed, 1);
+    set_planes(&l, p->reflection_albedo, 3);
     set_planes(&l, p->emission, 3);
     assert(l.plane == LF_PIXEL_PLANES);
     set_value(p, LF_INPUT_PIXEL_MASK, p->mask);
@@ -150,7 +159,7 @@ void lf_pixel_position(const struct lf_pixel_clues *p, size_t pixel, float out[3
         out[c] = p->position[c][pixel];
 }
 
-void lf_pixel_lobe(const struct lf_pixel_clues *p, size_t pixel, struct lf_lobe *out)
+void lf_pixel_shading_point(const struct lf_pixel_clues *p, size_t pixel, struct lf_shading_point *out)
 {
     for (int c = 0; c < 3; c++) {
         out->normal[c] = p->normal[c][pixel];
@@ -160,7 +169,8 @@ void lf_pixel_lobe(const struct lf_pixel_clues *p, size_t pixel, struct lf_lobe 
     out->roughness = p->roughness[pixel];
 }
 
-void lf_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, int lane, struct lf_points *out)
+void lf_shading_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, int lane,
+                                 struct lf_shading_points *out)
 {
     for (int c = 0; c < 3; c++) {
         out->position[c][lane] = p->position[c][pixel];
@@ -176,8 +186,8 @@ void lf_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, int lane,
 // ---- the grid --------------------------------------------------------------------------------------------
 
 // Steep: light that falls on another pixel is right here only as far as normal and plane are the same. Rays
-// of reflections are shared more freely (kernels.c, ray_likeness).
-float lf_pixel_likeness(const struct lf_pixel_clues *p, size_t pixel, size_t other)
+// of reflections are shared more freely (kernels.c, ray_weight).
+float lf_bilateral_weight(const struct lf_pixel_clues *p, size_t pixel, size_t other)
 {
     float height = 0, cosine = 0;
     for (int c = 0; c < 3; c++) {
@@ -201,7 +211,7 @@ static void tap_grid(struct lf_pixel_clues *p, uint32_t x, uint32_t y)
         taps->weight[k] = 0;
         if (p->mask[pixel] > 0 && nx < p->grid_width && ny < p->grid_height)
             taps->weight[k] = (k & 1 ? fx : 1 - fx) * (k >> 1 ? fy : 1 - fy) *
-                              lf_pixel_likeness(p, pixel, lf_grid_pixel(p, nx, ny));
+                              lf_bilateral_weight(p, pixel, lf_grid_pixel(p, nx, ny));
         sum += taps->weight[k];
     }
     for (int k = 0; k < 4; k++)
@@ -217,12 +227,13 @@ static void tap_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
             tap_grid(p, x, y);
 }
 
-static ng_result connect_to_grid(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
+static ng_result connect_to_grid(const struct lf_clues_scene *scene, struct lf_pixel_clues *p)
 {
     size_t count = (size_t)p->width * p->height;
     p->grid_width = (p->width + LF_GRID_STEP - 1) / LF_GRID_STEP;
     p->grid_height = (p->height + LF_GRID_STEP - 1) / LF_GRID_STEP;
-    if (!ng_array_resize(&p->grid_taps, count) || !ng_array_reserve(&p->alone, count))
+    if (!lf_take(&p->memory[LF_PIXEL_GRID], &p->grid_taps, count) ||
+        !lf_take(&p->memory[LF_PIXEL_GRID], &p->alone, count))
         return ng_out_of_memory("the inputs of a picture");
     ng_jobs_for(scene->jobs, p->height, ROWS, tap_rows, p);
     p->alone.count = 0;
@@ -234,21 +245,23 @@ static ng_result connect_to_grid(const struct lf_encode_scene *scene, struct lf_
     return NG_OK;
 }
 
-ng_result lf_pixels_read(const struct lf_encode_scene *scene, const struct lf_encode_pixels_params *params,
+ng_result lf_pixels_read(const struct lf_clues_scene *scene, const struct lf_clues_pixels_params *params,
                          struct lf_pixel_clues *out)
 {
     const struct ng_snapshot *snapshot = lf_tracer_snapshot(scene->tracer);
     struct reading reading = {.out = out, .gbuffer = params->gbuffer};
     out->width = params->width;
     out->height = params->height;
+    out->reflection_rays = params->reflection_rays;
     out->space = lf_space_of(snapshot);
     out->emits = out->misses = false;
     memset(&out->values, 0, sizeof out->values);
     memcpy(out->eye, snapshot->camera.position, sizeof out->eye);
+    NG_TRY(begin_memory(out));
     NG_TRY(lay_out(out));
     ng_jobs_for(scene->jobs, (uint32_t)(((size_t)out->width * out->height + RUN - 1) / RUN), 16, read_runs,
                 &reading);
-    bool gridded =
-        lf_encode_wants(scene, LF_INPUT_VIEW_BOUNCE) || lf_encode_wants(scene, LF_INPUT_VIEW_GATHERED);
+    bool gridded = lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RSM) ||
+                   lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RAYS);
     return gridded ? connect_to_grid(scene, out) : NG_OK;
 }

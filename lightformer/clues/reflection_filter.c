@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-#define LANES       12 // LF_WIDE_TAPS, rounded up
-#define MIDDLE      (LF_WIDE_TAPS / 2)
+#define LANES       12 // LF_REFLECTION_FILTER_TAPS, rounded up
+#define MIDDLE      (LF_REFLECTION_FILTER_TAPS / 2)
 #define LEAST_SHARE (1 / 64.f) // of a pixel's weights; less is left out
 
 // Of a pixel's neighbours by place, relative to it: what they see in the middle of their lobes.
@@ -18,12 +18,12 @@ struct sights {
 // Of its own or of others, that met something or nothing.
 static bool has_rays(const struct lf_pixel_clues *p, size_t pixel)
 {
-    return p->mirror[pixel] > 0 || p->mirror_missed[pixel] > 0;
+    return p->reflection_nearness[pixel] > 0 || p->reflection_missed[pixel] > 0;
 }
 
 static uint32_t step_of(const struct lf_pixel_clues *p, size_t pixel)
 {
-    return LF_BLOCK * p->reflections.lattices[p->reflections.kinds.items[pixel]].spacing;
+    return LF_INTERLEAVE * p->reflections.lattices[p->reflections.kinds.items[pixel]].spacing;
 }
 
 static void find_sights(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -39,7 +39,7 @@ static void find_sights(void *user, uint32_t begin, uint32_t end, uint32_t worke
             view[c] = p->view[c][pixel];
         }
         lf_mirror_direction(view, normal, out->direction);
-        out->distance = 1 / lf_max(p->mirror[pixel], 1e-6f) - 1;
+        out->distance = 1 / lf_max(p->reflection_nearness[pixel], 1e-6f) - 1;
     }
 }
 
@@ -60,7 +60,7 @@ static bool neighbour(const struct lf_pixel_clues *p, uint32_t pixel, uint32_t k
 
 static void gather(const struct lf_pixel_clues *p, uint32_t pixel, struct sights *out)
 {
-    for (uint32_t k = 0; k < LF_WIDE_TAPS; k++) {
+    for (uint32_t k = 0; k < LF_REFLECTION_FILTER_TAPS; k++) {
         size_t other;
         out->weight[k] = 0;
         if (!neighbour(p, pixel, k, &other) || !sees_alike(p, pixel, other))
@@ -92,17 +92,17 @@ static void liken(struct sights *s, const float direction[3], float roughness)
     }
 }
 
-static void weigh(const struct lf_pixel_clues *p, struct sights *s, struct lf_wide_taps *out)
+static void weigh(const struct lf_pixel_clues *p, struct sights *s, struct lf_reflection_filter_taps *out)
 {
     float sum = 0, kept = 0;
     gather(p, out->pixel, s);
     liken(s, p->reflections.sights.items[out->pixel].direction, p->roughness[out->pixel]);
     s->weight[MIDDLE] = 4; // also where what it sees is no number
-    for (int k = 0; k < LF_WIDE_TAPS; k++)
+    for (int k = 0; k < LF_REFLECTION_FILTER_TAPS; k++)
         sum += s->weight[k] > 0 ? s->weight[k] : 0;
-    for (int k = 0; k < LF_WIDE_TAPS; k++)
+    for (int k = 0; k < LF_REFLECTION_FILTER_TAPS; k++)
         kept += s->weight[k] = s->weight[k] >= LEAST_SHARE * sum ? s->weight[k] : 0;
-    for (int k = 0; k < LF_WIDE_TAPS; k++)
+    for (int k = 0; k < LF_REFLECTION_FILTER_TAPS; k++)
         out->weight[k] = s->weight[k] / kept;
 }
 
@@ -112,38 +112,39 @@ static void weigh_all(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     struct lf_pixel_clues *p = user;
     struct sights sights = {.weight = {0}}; // places without a neighbour hold any numbers, but numbers
     for (uint32_t i = begin; i < end; i++)
-        weigh(p, &sights, &p->reflections.wide.items[i]);
+        weigh(p, &sights, &p->reflections.filtered.items[i]);
 }
 
 // Pixels that took of any ray.
 static void list_pixels(struct lf_pixel_clues *p)
 {
-    struct lf_mirror *m = &p->reflections;
-    m->wide.count = 0;
+    struct lf_reflections *m = &p->reflections;
+    m->filtered.count = 0;
     for (size_t i = 0; i < m->taps.count; i++)
         if (has_rays(p, m->taps.items[i].pixel))
-            m->wide.items[m->wide.count++].pixel = m->taps.items[i].pixel;
+            m->filtered.items[m->filtered.count++].pixel = m->taps.items[i].pixel;
 }
 
 // Those that take anything of others.
-static void keep_wide(struct lf_mirror *m)
+static void keep_filtered(struct lf_reflections *m)
 {
-    size_t count = m->wide.count;
-    m->wide.count = 0;
+    size_t count = m->filtered.count;
+    m->filtered.count = 0;
     for (size_t i = 0; i < count; i++)
-        if (m->wide.items[i].weight[MIDDLE] < 1)
-            m->wide.items[m->wide.count++] = m->wide.items[i];
+        if (m->filtered.items[i].weight[MIDDLE] < 1)
+            m->filtered.items[m->filtered.count++] = m->filtered.items[i];
 }
 
-ng_result lf_wide_find(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
+ng_result lf_reflection_filter_find(const struct lf_clues_scene *scene, struct lf_pixel_clues *p)
 {
-    struct lf_mirror *m = &p->reflections;
-    if (!ng_array_resize(&m->wide, m->taps.count) || !ng_array_resize(&m->sights, m->kinds.count))
+    struct lf_reflections *m = &p->reflections;
+    struct lf_memory *memory = &p->memory[LF_PIXEL_REFLECTIONS];
+    if (!lf_take(memory, &m->filtered, m->taps.count) || !lf_take(memory, &m->sights, m->kinds.count))
         return ng_out_of_memory("the reflections of a picture");
     list_pixels(p);
     ng_jobs_for(scene->jobs, (uint32_t)m->taps.count, 1024, find_sights, p);
-    ng_jobs_for(scene->jobs, (uint32_t)m->wide.count, 256, weigh_all, p);
-    keep_wide(m);
+    ng_jobs_for(scene->jobs, (uint32_t)m->filtered.count, 256, weigh_all, p);
+    keep_filtered(m);
     return NG_OK;
 }
 
@@ -160,10 +161,10 @@ static void average(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     const struct averaging *job = user;
     const struct lf_pixel_clues *p = job->pixels;
     for (uint32_t i = begin; i < end; i++) {
-        const struct lf_wide_taps *t = &p->reflections.wide.items[i];
+        const struct lf_reflection_filter_taps *t = &p->reflections.filtered.items[i];
         float *out = job->mean + (size_t)i * job->channels;
         memset(out, 0, job->channels * sizeof *out);
-        for (uint32_t k = 0; k < LF_WIDE_TAPS; k++) {
+        for (uint32_t k = 0; k < LF_REFLECTION_FILTER_TAPS; k++) {
             size_t other;
             if (!(t->weight[k] > 0) || !neighbour(p, t->pixel, k, &other))
                 continue;
@@ -178,17 +179,17 @@ static void store(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     NG_UNUSED(worker);
     const struct averaging *job = user;
     for (uint32_t i = begin; i < end; i++) {
-        uint32_t pixel = job->pixels->reflections.wide.items[i].pixel;
+        uint32_t pixel = job->pixels->reflections.filtered.items[i].pixel;
         for (uint32_t c = 0; c < job->channels; c++)
             job->planes[c][pixel] = job->mean[(size_t)i * job->channels + c];
     }
 }
 
-void lf_wide_average(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                     uint32_t channels, float *scratch, float *const planes[])
+void lf_reflection_filter_apply(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                                uint32_t channels, float *scratch, float *const planes[])
 {
     struct averaging job = {pixels, planes, channels, scratch};
-    uint32_t count = (uint32_t)pixels->reflections.wide.count;
+    uint32_t count = (uint32_t)pixels->reflections.filtered.count;
     ng_jobs_for(scene->jobs, count, 1024, average, &job);
     ng_jobs_for(scene->jobs, count, 1024, store, &job);
 }

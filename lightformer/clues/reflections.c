@@ -1,5 +1,5 @@
 // What smooth surfaces and metals reflect. One ray each at every n-th pixel, in a direction that the BRDF
-// chooses: one of sixteen, by the place in blocks of 4 x 4 rays. Where it meets a metal, one more goes on.
+// chooses: one of sixteen, interleaved over blocks of 4 x 4 rays. Where it meets a metal, one more goes on.
 // Both are lit where they end. Every pixel then weighs the rays of a block around it by how well its own BRDF
 // reflects what they met (Stachowiak 2015, "Stochastic screen-space reflections"): so a block holds a whole
 // lobe, and the blur is as wide as roughness, distance and the bend of the surface make it.
@@ -12,27 +12,27 @@
 #define EMISSION       4 // the first channel of it
 #define MISSED         7
 #define LEAST_PART     1e-3f // of a lobe, for a mirror
-#define TAPS           (LF_BLOCK_REACH * LF_BLOCK_REACH)
+#define TAPS           (LF_INTERLEAVE_TAPS * LF_INTERLEAVE_TAPS)
 #define WHOLE          65535.0f // sum of a pixel's weights
 #define RAY_GRAIN      0.05f // distance from a pixel's plane, in distances to the eye, that halves a weight
 
 struct cast {
-    const struct lf_encode_scene *scene;
+    const struct lf_clues_scene *scene;
     struct lf_pixel_clues *pixels;
-    float focal;                       // pixels
-    float spiral[LF_BLOCK_CHOICES][3]; // as lf_lobe_samples
+    float focal;                               // pixels
+    float spiral[LF_INTERLEAVE_DIRECTIONS][3]; // as lf_brdf_samples
 };
 
 // ---- kinds -----------------------------------------------------------------------------------------------
 
-static enum lf_mirror_kind find_kind(const struct lf_pixel_clues *p, size_t pixel)
+static enum lf_reflection_kind find_kind(const struct lf_pixel_clues *p, size_t pixel)
 {
     float f0 = fmaxf(p->specular[0][pixel], fmaxf(p->specular[1][pixel], p->specular[2][pixel]));
     if (!(p->mask[pixel] > 0))
-        return LF_MIRROR_NONE;
+        return LF_REFLECTION_NONE;
     if (f0 > LF_METAL)
-        return LF_MIRROR_METAL;
-    return p->roughness[pixel] < LF_SMOOTH ? LF_MIRROR_GLOSS : LF_MIRROR_NONE;
+        return LF_REFLECTION_METAL;
+    return p->roughness[pixel] < LF_SMOOTH ? LF_REFLECTION_GLOSS : LF_REFLECTION_NONE;
 }
 
 static void find_kinds_of_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -44,9 +44,9 @@ static void find_kinds_of_rows(void *user, uint32_t begin, uint32_t end, uint32_
 }
 
 // Once, since pixels are counted and listed again and again: going through bytes costs next to nothing.
-static ng_result find_kinds(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
+static ng_result find_kinds(const struct lf_clues_scene *scene, struct lf_pixel_clues *p)
 {
-    if (!ng_array_resize(&p->reflections.kinds, (size_t)p->width * p->height))
+    if (!lf_take(&p->memory[LF_PIXEL_REFLECTIONS], &p->reflections.kinds, (size_t)p->width * p->height))
         return ng_out_of_memory("the reflections of a picture");
     ng_jobs_for(scene->jobs, p->height, ROWS, find_kinds_of_rows, p);
     return NG_OK;
@@ -54,7 +54,7 @@ static ng_result find_kinds(const struct lf_encode_scene *scene, struct lf_pixel
 
 // ---- rays ------------------------------------------------------------------------------------------------
 
-static uint32_t count_pixels(const struct lf_pixel_clues *p, enum lf_mirror_kind kind, uint32_t spacing)
+static uint32_t count_pixels(const struct lf_pixel_clues *p, enum lf_reflection_kind kind, uint32_t spacing)
 {
     const unsigned char *kinds = p->reflections.kinds.items;
     uint32_t count = 0;
@@ -64,23 +64,24 @@ static uint32_t count_pixels(const struct lf_pixel_clues *p, enum lf_mirror_kind
     return count;
 }
 
-static void start_ray(struct lf_mirror *m, size_t pixel, uint32_t x, uint32_t y)
+static void start_ray(struct lf_reflections *m, size_t pixel, uint32_t x, uint32_t y)
 {
-    m->hits.items[m->hits.count++] = (struct lf_ray_end){
-        .pixel = (uint32_t)pixel, .block = lf_block_place(x, y), .choice = lf_block_choice(x, y)};
+    m->hits.items[m->hits.count++] =
+        (struct lf_secondary_hit){.pixel = (uint32_t)pixel,
+                                  .interleave_index = lf_interleave_index(x, y),
+                                  .direction_index = lf_interleave_direction(x, y)};
 }
 
-static ng_result choose_pixels(enum lf_mirror_kind kind, uint32_t budget, struct lf_pixel_clues *p)
+static ng_result choose_pixels(enum lf_reflection_kind kind, uint32_t budget, struct lf_pixel_clues *p)
 {
-    struct lf_mirror *m = &p->reflections;
-    struct lf_mirror_lattice *l = &m->lattices[kind];
+    struct lf_reflections *m = &p->reflections;
+    struct lf_reflection_lattice *l = &m->lattices[kind];
     uint32_t count = count_pixels(p, kind, l->spacing = 1);
     while (count > budget)
         count = count_pixels(p, kind, l->spacing *= 2);
     l->width = (p->width + l->spacing - 1) / l->spacing;
     l->height = (p->height + l->spacing - 1) / l->spacing;
-    if (!ng_array_resize(&l->hit_at, (size_t)l->width * l->height) ||
-        !ng_array_reserve(&m->hits, m->hits.count + count))
+    if (!lf_take(&p->memory[LF_PIXEL_REFLECTIONS], &l->hit_at, (size_t)l->width * l->height))
         return ng_out_of_memory("the reflections of a picture");
     uint32_t *hit_at = l->hit_at.items;
     for (uint32_t y = 0; y < l->height; y++)
@@ -95,21 +96,22 @@ static ng_result choose_pixels(enum lf_mirror_kind kind, uint32_t budget, struct
 }
 
 // Of the BRDF's choice of a direction.
-static float density_of(const struct lf_lobe *at, const float direction[3])
+static float density_of(const struct lf_shading_point *at, const float direction[3])
 {
     float half[3];
     lf_mad(direction, at->view, 1, half);
     if (!lf_normalize(half))
         return 0;
     float nh = ng_clamp(lf_dot(at->normal, half), 0.0f, 1.0f);
-    return ng_brdf_sample_pdf(lf_lobe_cosine(at), nh, at->roughness);
+    return ng_brdf_sample_pdf(lf_shading_cosine(at), nh, at->roughness);
 }
 
 // `part`: of the lobe, from its middle. A direction that would lead into the surface is replaced by the
 // mirrored one, and that, if it does too, by the one mirrored about the geometric normal.
-static void choose_direction(const struct lf_lobe *at, const float u[3], float part, struct lf_ray_end *out)
+static void choose_direction(const struct lf_shading_point *at, const float u[3], float part,
+                             struct lf_secondary_hit *out)
 {
-    lf_lobe_direction(at, (const float[3]){u[0], u[1], u[2] * part}, out->direction);
+    lf_brdf_direction(at, (const float[3]){u[0], u[1], u[2] * part}, out->direction);
     for (int i = 0; i < 2 && !(lf_dot(out->direction, at->flat) > 0); i++)
         lf_mirror_direction(at->view, i ? at->flat : at->normal, out->direction);
     out->density = density_of(at, out->direction) / part;
@@ -117,9 +119,9 @@ static void choose_direction(const struct lf_lobe *at, const float u[3], float p
 
 // Neighbours of a mirror see neighbouring things already: no wider than that, or the picture in it would
 // swim.
-static float part_of_lobe(const struct cast *cast, const struct lf_ray_end *hit, float roughness)
+static float part_of_lobe(const struct cast *cast, const struct lf_secondary_hit *hit, float roughness)
 {
-    const struct lf_mirror *m = &cast->pixels->reflections;
+    const struct lf_reflections *m = &cast->pixels->reflections;
     float spacing = (float)m->lattices[m->kinds.items[hit->pixel]].spacing;
     float spread = 0.5f * ng_brdf_alpha(roughness) * cast->focal / spacing; // in rays
     return ng_clamp(spread * spread, LEAST_PART, 1.0f);
@@ -131,48 +133,47 @@ static void cast_from_pixels(void *user, uint32_t begin, uint32_t end, uint32_t 
     const struct cast *cast = user;
     const struct lf_pixel_clues *p = cast->pixels;
     for (uint32_t i = begin; i < end; i++) {
-        struct lf_ray_end *hit = &p->reflections.hits.items[i];
-        struct lf_lobe lobe;
+        struct lf_secondary_hit *hit = &p->reflections.hits.items[i];
+        struct lf_shading_point point;
         float position[3];
         lf_pixel_position(p, hit->pixel, position);
-        lf_pixel_lobe(p, hit->pixel, &lobe);
-        choose_direction(&lobe, cast->spiral[hit->choice], part_of_lobe(cast, hit, lobe.roughness), hit);
-        lf_ray_cast(cast->scene, &p->space, position, lobe.flat, lobe.roughness, hit);
-        struct lf_mirror_ray *ray = &p->reflections.rays.items[i];
-        *ray = (struct lf_mirror_ray){.density = hit->density, .met = hit->met};
+        lf_pixel_shading_point(p, hit->pixel, &point);
+        choose_direction(&point, cast->spiral[hit->direction_index], part_of_lobe(cast, hit, point.roughness),
+                         hit);
+        lf_secondary_cast(cast->scene, &p->space, position, point.flat, point.roughness, hit);
+        struct lf_reflection_ray *ray = &p->reflections.rays.items[i];
+        *ray = (struct lf_reflection_ray){.density = hit->density, .met = hit->met};
         memcpy(ray->from, position, sizeof ray->from);
-        memcpy(ray->normal, lobe.normal, sizeof ray->normal);
+        memcpy(ray->normal, point.normal, sizeof ray->normal);
         memcpy(ray->to, hit->met ? hit->position : hit->direction, sizeof ray->to);
     }
 }
 
 // What a metal shows is mostly something else.
-static ng_result go_on(struct lf_mirror *m)
+static void go_on(struct lf_reflections *m)
 {
-    if (!ng_array_reserve(&m->hits, 2 * m->hits.count))
-        return ng_out_of_memory("the reflections of a picture");
     m->first = (uint32_t)m->hits.count;
     for (uint32_t i = 0; i < m->first; i++) {
-        const struct lf_ray_end *hit = &m->hits.items[i];
-        if (lf_ray_goes_on(hit))
-            m->hits.items[m->hits.count++] =
-                (struct lf_ray_end){.pixel = hit->pixel, .block = hit->block, .through = i + 1};
+        const struct lf_secondary_hit *hit = &m->hits.items[i];
+        if (lf_secondary_continues(hit))
+            m->hits.items[m->hits.count++] = (struct lf_secondary_hit){
+                .pixel = hit->pixel, .interleave_index = hit->interleave_index, .through = i + 1};
     }
-    return NG_OK;
 }
 
 static void cast_from_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct cast *cast = user;
-    struct lf_mirror *m = &cast->pixels->reflections;
+    struct lf_reflections *m = &cast->pixels->reflections;
     for (uint32_t i = m->first + begin; i < m->first + end; i++) {
-        struct lf_ray_end *hit = &m->hits.items[i];
-        const struct lf_ray_end *from = &m->hits.items[hit->through - 1];
+        struct lf_secondary_hit *hit = &m->hits.items[i];
+        const struct lf_secondary_hit *from = &m->hits.items[hit->through - 1];
         lf_mirror_direction(from->view, from->normal, hit->direction);
         if (!(lf_dot(hit->direction, from->flat) > 0))
             lf_mirror_direction(from->view, from->flat, hit->direction);
-        lf_ray_cast(cast->scene, &cast->pixels->space, from->position, from->flat, from->roughness, hit);
+        lf_secondary_cast(cast->scene, &cast->pixels->space, from->position, from->flat, from->roughness,
+                          hit);
     }
 }
 
@@ -180,14 +181,14 @@ static void cast_from_hits(void *user, uint32_t begin, uint32_t end, uint32_t wo
 
 // The rays of a block around a pixel.
 struct block {
-    const struct lf_mirror_lattice *lattice;
+    const struct lf_reflection_lattice *lattice;
     uint32_t column, row; // of the first; may wrap
 };
 
 static struct block block_of(const struct lf_pixel_clues *p, uint32_t pixel)
 {
-    const struct lf_mirror_lattice *l = &p->reflections.lattices[p->reflections.kinds.items[pixel]];
-    uint32_t x = pixel % p->width, y = pixel / p->width, half = LF_BLOCK_HALF;
+    const struct lf_reflection_lattice *l = &p->reflections.lattices[p->reflections.kinds.items[pixel]];
+    uint32_t x = pixel % p->width, y = pixel / p->width, half = LF_INTERLEAVE_HALF;
     return (struct block){l, (x + l->spacing / 2) / l->spacing - half,
                           (y + l->spacing / 2) / l->spacing - half};
 }
@@ -195,46 +196,46 @@ static struct block block_of(const struct lf_pixel_clues *p, uint32_t pixel)
 // Index of ray k's hit + 1, or 0.
 static uint32_t hit_of(const struct block *b, uint32_t k)
 {
-    uint32_t column = b->column + k % LF_BLOCK_REACH, row = b->row + k / LF_BLOCK_REACH;
+    uint32_t column = b->column + k % LF_INTERLEAVE_TAPS, row = b->row + k / LF_INTERLEAVE_TAPS;
     bool inside = column < b->lattice->width && row < b->lattice->height;
     return inside ? b->lattice->hit_at.items[(size_t)row * b->lattice->width + column] : 0;
 }
 
-static void set_lane_of_block(const struct lf_pixel_clues *p, uint32_t pixel, const struct lf_mirror_ray *ray,
-                              uint32_t k, struct lf_block_hits *out)
+static void set_lane_of_block(const struct lf_pixel_clues *p, uint32_t pixel,
+                              const struct lf_reflection_ray *ray, uint32_t k, struct lf_neighbour_rays *out)
 {
     for (int c = 0; c < 3; c++) {
         float at = p->position[c][pixel];
         out->from[c][k] = ray->from[c] - at;
         out->normal[c][k] = ray->normal[c];
-        out->way[c][k] = ray->met ? ray->to[c] - at : ray->to[c];
+        out->to[c][k] = ray->met ? ray->to[c] - at : ray->to[c];
     }
     out->density[k] = ray->density;
 }
 
-static void gather_block(const struct lf_pixel_clues *p, uint32_t pixel, struct lf_block_hits *out)
+static void gather_block(const struct lf_pixel_clues *p, uint32_t pixel, struct lf_neighbour_rays *out)
 {
     struct block b = block_of(p, pixel);
-    float across[LF_BLOCK_REACH], down[LF_BLOCK_REACH], s = (float)b.lattice->spacing;
+    float across[LF_INTERLEAVE_TAPS], down[LF_INTERLEAVE_TAPS], s = (float)b.lattice->spacing;
     uint32_t x = pixel % p->width, y = pixel / p->width;
-    lf_block_window((float)x / s - (float)(int32_t)b.column, across);
-    lf_block_window((float)y / s - (float)(int32_t)b.row, down);
+    lf_interleave_window((float)x / s - (float)(int32_t)b.column, across);
+    lf_interleave_window((float)y / s - (float)(int32_t)b.row, down);
     for (uint32_t k = 0; k < TAPS; k++) {
         uint32_t hit = hit_of(&b, k);
-        out->weight[k] = hit ? across[k % LF_BLOCK_REACH] * down[k / LF_BLOCK_REACH] : 0;
+        out->weight[k] = hit ? across[k % LF_INTERLEAVE_TAPS] * down[k / LF_INTERLEAVE_TAPS] : 0;
         if (hit)
             set_lane_of_block(p, pixel, &p->reflections.rays.items[hit - 1], k, out);
     }
 }
 
 static void find_taps(const struct lf_pixel_clues *p, const struct lf_kernels *kernels,
-                      struct lf_block_hits *block, struct lf_mirror_taps *out)
+                      struct lf_neighbour_rays *block, struct lf_reflection_taps *out)
 {
-    struct lf_lobe lobe;
-    float weight[LF_BLOCK_LANES], sum = 0;
-    lf_pixel_lobe(p, out->pixel, &lobe);
+    struct lf_shading_point point;
+    float weight[LF_NEIGHBOUR_LANES], sum = 0;
+    lf_pixel_shading_point(p, out->pixel, &point);
     gather_block(p, out->pixel, block);
-    kernels->reflect(&lobe, RAY_GRAIN * p->distance[out->pixel] + 1e-12f, block, weight);
+    kernels->reflect(&point, RAY_GRAIN * p->distance[out->pixel] + 1e-12f, block, weight);
     for (uint32_t k = 0; k < TAPS; k++)
         sum += weight[k];
     bool any = sum > 0 && isfinite(sum);
@@ -247,7 +248,7 @@ static void find_all_taps(void *user, uint32_t begin, uint32_t end, uint32_t wor
     NG_UNUSED(worker);
     const struct cast *cast = user;
     const struct lf_kernels *kernels = lf_kernels_of(0);
-    struct lf_block_hits block = {.weight = {0}}; // lanes without a ray hold any numbers, but numbers
+    struct lf_neighbour_rays block = {.weight = {0}}; // lanes without a ray hold any numbers, but numbers
     for (uint32_t i = begin; i < end; i++)
         find_taps(cast->pixels, kernels, &block, &cast->pixels->reflections.taps.items[i]);
 }
@@ -255,28 +256,28 @@ static void find_all_taps(void *user, uint32_t begin, uint32_t end, uint32_t wor
 static ng_result connect(const struct cast *cast)
 {
     struct lf_pixel_clues *p = cast->pixels;
-    struct lf_mirror *m = &p->reflections;
+    struct lf_reflections *m = &p->reflections;
     size_t count = 0;
     for (size_t i = 0; m->hits.count && i < m->kinds.count; i++)
-        count += m->kinds.items[i] != LF_MIRROR_NONE;
-    if (!ng_array_resize(&m->taps, count))
+        count += m->kinds.items[i] != LF_REFLECTION_NONE;
+    if (!lf_take(&p->memory[LF_PIXEL_REFLECTIONS], &m->taps, count))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0, next = 0; next < count; i++)
-        if (m->kinds.items[i] != LF_MIRROR_NONE)
+        if (m->kinds.items[i] != LF_REFLECTION_NONE)
             m->taps.items[next++].pixel = (uint32_t)i;
     ng_jobs_for(cast->scene->jobs, (uint32_t)m->taps.count, 256, find_all_taps, (void *)cast);
     return NG_OK;
 }
 
-// `seen`: [hits][LF_END_CHANNELS]. Adds what is seen through a metal to what the metal shows.
-static void add_reflections(const struct lf_mirror *m, uint32_t from, uint32_t channels, float *seen)
+// `seen`: [hits][LF_HIT_CHANNELS]. Adds what is seen through a metal to what the metal shows.
+static void add_reflections(const struct lf_reflections *m, uint32_t from, uint32_t channels, float *seen)
 {
     for (size_t i = m->first; i < m->hits.count; i++) {
-        const struct lf_ray_end *hit = &m->hits.items[i], *metal = &m->hits.items[hit->through - 1];
-        float *to = seen + (size_t)(hit->through - 1) * LF_END_CHANNELS;
+        const struct lf_secondary_hit *hit = &m->hits.items[i], *metal = &m->hits.items[hit->through - 1];
+        float *to = seen + (size_t)(hit->through - 1) * LF_HIT_CHANNELS;
         float cosine = fmaxf(lf_dot(metal->normal, metal->view), 0);
         for (uint32_t c = from; c < channels; c++)
-            to[c] += ng_brdf_f(cosine, metal->f0[(c - from) % 3]) * seen[i * LF_END_CHANNELS + c];
+            to[c] += ng_brdf_f(cosine, metal->f0[(c - from) % 3]) * seen[i * LF_HIT_CHANNELS + c];
     }
 }
 
@@ -292,14 +293,14 @@ static void spread_taps(void *user, uint32_t begin, uint32_t end, uint32_t worke
     NG_UNUSED(worker);
     const struct spreading *s = user;
     for (uint32_t i = begin; i < end; i++) {
-        const struct lf_mirror_taps *t = &s->pixels->reflections.taps.items[i];
+        const struct lf_reflection_taps *t = &s->pixels->reflections.taps.items[i];
         struct block b = block_of(s->pixels, t->pixel);
-        float sum[LF_END_CHANNELS] = {0};
+        float sum[LF_HIT_CHANNELS] = {0};
         for (uint32_t k = 0; k < TAPS; k++) {
             if (!t->weight[k])
                 continue;
-            const float *seen = s->from + (size_t)(hit_of(&b, k) - 1) * LF_END_CHANNELS;
-            for (size_t c = 0; c < LF_END_CHANNELS; c++)
+            const float *seen = s->from + (size_t)(hit_of(&b, k) - 1) * LF_HIT_CHANNELS;
+            for (size_t c = 0; c < LF_HIT_CHANNELS; c++)
                 sum[c] += (float)t->weight[k] * seen[c];
         }
         for (uint32_t c = 0; c < s->channels; c++)
@@ -321,7 +322,7 @@ static void clear_planes(void *user, uint32_t begin, uint32_t end, uint32_t work
 }
 
 // Pixels without a reflection show none.
-static void spread(const struct lf_encode_scene *scene, const struct spreading *s)
+static void spread(const struct lf_clues_scene *scene, const struct spreading *s)
 {
     struct clearing clearing = {.planes = s, .count = (size_t)s->pixels->width * s->pixels->height};
     ng_jobs_for(scene->jobs, s->channels, 1, clear_planes, &clearing);
@@ -330,29 +331,30 @@ static void spread(const struct lf_encode_scene *scene, const struct spreading *
 
 // ---- pixels ----------------------------------------------------------------------------------------------
 
-static bool wants_any(const struct lf_encode_scene *s)
+static bool wants_any(const struct lf_clues_scene *s)
 {
-    return lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR) || lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR_MISSED) ||
-           lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR_ALBEDO) ||
-           lf_encode_wants(s, LF_INPUT_PIXEL_MIRROR_EMISSION) || lf_encode_wants(s, LF_INPUT_VIEW_MIRROR) ||
-           lf_encode_wants(s, LF_INPUT_VIEW_MIRROR_BOUNCE);
+    return lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTION_NEARNESS) ||
+           lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTION_MISSED) ||
+           lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTION_ALBEDO) ||
+           lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTION_EMISSION) ||
+           lf_clues_wants(s, LF_INPUT_VIEW_REFLECTION) || lf_clues_wants(s, LF_INPUT_VIEW_REFLECTION_RSM);
 }
 
 // Floats for what hits show, and, when pixels have taken that, for averages of pixels.
-static size_t room_for(const struct lf_mirror *m, size_t pixels, size_t channels)
+static size_t room_for(const struct lf_reflections *m, size_t pixels, size_t channels)
 {
-    size_t hits = LF_END_CHANNELS * m->hits.count, averages = channels * pixels;
+    size_t hits = LF_HIT_CHANNELS * m->hits.count, averages = channels * pixels;
     return hits > averages ? hits : averages;
 }
 
-static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixel_clues *p)
+static ng_result fill_pixels(const struct lf_clues_scene *scene, struct lf_pixel_clues *p)
 {
-    struct lf_mirror *m = &p->reflections;
-    if (!ng_array_resize(&m->seen.list, room_for(m, m->taps.count, PIXEL_CHANNELS)))
+    struct lf_reflections *m = &p->reflections;
+    if (!lf_take(&p->memory[LF_PIXEL_GRID], &m->seen, room_for(m, m->taps.count, PIXEL_CHANNELS)))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0; i < m->hits.count; i++) {
-        const struct lf_ray_end *hit = &m->hits.items[i];
-        float *seen = m->seen.list.items + i * LF_END_CHANNELS;
+        const struct lf_secondary_hit *hit = &m->hits.items[i];
+        float *seen = m->seen.items + i * LF_HIT_CHANNELS;
         seen[0] = hit->met ? 1 / (1 + hit->distance) : 0;
         lf_mad(hit->albedo, hit->f0, 1, seen + 1);
         memcpy(seen + EMISSION, hit->emission, sizeof hit->emission);
@@ -360,39 +362,41 @@ static ng_result fill_pixels(const struct lf_encode_scene *scene, struct lf_pixe
         p->emits = p->emits || lf_max3(hit->emission) > 0;
         p->misses = p->misses || !hit->met;
     }
-    add_reflections(m, EMISSION, MISSED, m->seen.list.items);
+    add_reflections(m, EMISSION, MISSED, m->seen.items);
     struct spreading s = {.pixels = p,
-                          .from = m->seen.list.items,
+                          .from = m->seen.items,
                           .channels = PIXEL_CHANNELS,
-                          .planes = {p->mirror, p->mirror_albedo[0], p->mirror_albedo[1], p->mirror_albedo[2],
-                                     p->emission[0], p->emission[1], p->emission[2], p->mirror_missed}};
+                          .planes = {p->reflection_nearness, p->reflection_albedo[0], p->reflection_albedo[1],
+                                     p->reflection_albedo[2], p->emission[0], p->emission[1], p->emission[2],
+                                     p->reflection_missed}};
     spread(scene, &s);
-    NG_TRY(lf_wide_find(scene, p));
-    lf_wide_average(scene, p, PIXEL_CHANNELS, m->seen.list.items, s.planes);
-    p->values.of[LF_INPUT_PIXEL_MIRROR] = p->mirror;
-    p->values.of[LF_INPUT_PIXEL_MIRROR_MISSED] = p->misses ? p->mirror_missed : NULL;
-    p->values.of[LF_INPUT_PIXEL_MIRROR_ALBEDO] = p->mirror_albedo[0];
-    p->values.of[LF_INPUT_PIXEL_MIRROR_EMISSION] = p->emits ? p->mirror_emission[0] : NULL;
+    NG_TRY(lf_reflection_filter_find(scene, p));
+    lf_reflection_filter_apply(scene, p, PIXEL_CHANNELS, m->seen.items, s.planes);
+    p->values.of[LF_INPUT_PIXEL_REFLECTION_NEARNESS] = p->reflection_nearness;
+    p->values.of[LF_INPUT_PIXEL_REFLECTION_MISSED] = p->misses ? p->reflection_missed : NULL;
+    p->values.of[LF_INPUT_PIXEL_REFLECTION_ALBEDO] = p->reflection_albedo[0];
     return NG_OK;
 }
 
-ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget, struct lf_pixel_clues *out)
+ng_result lf_reflections_cast(const struct lf_clues_scene *scene, uint32_t budget, struct lf_pixel_clues *out)
 {
     const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(scene->tracer)->camera;
     struct cast cast = {.scene = scene, .pixels = out};
-    struct lf_mirror *m = &out->reflections;
+    struct lf_reflections *m = &out->reflections;
     if (!wants_any(scene))
         return NG_OK;
     cast.focal = lf_finite((float)out->height / (2 * tanf(camera->fov_y / 2)));
-    m->hits.count = 0;
-    lf_lobe_wind(LF_BLOCK_CHOICES, cast.spiral);
+    if (!lf_take(&out->memory[LF_PIXEL_REFLECTIONS], &m->hits, 2 * lf_reflection_rays_at_most(out)))
+        return ng_out_of_memory("the reflections of a picture");
+    m->hits.count = 0; // every ray may go on once
+    lf_brdf_spiral(LF_INTERLEAVE_DIRECTIONS, cast.spiral);
     NG_TRY(find_kinds(scene, out));
-    NG_TRY(choose_pixels(LF_MIRROR_METAL, budget - budget / 4, out)); // at least one each
-    NG_TRY(choose_pixels(LF_MIRROR_GLOSS, (budget + 3) / 4, out));
-    if (!ng_array_resize(&m->rays, m->hits.count))
+    NG_TRY(choose_pixels(LF_REFLECTION_METAL, budget - budget / 4, out)); // at least one each
+    NG_TRY(choose_pixels(LF_REFLECTION_GLOSS, (budget + 3) / 4, out));
+    if (!lf_take(&out->memory[LF_PIXEL_REFLECTIONS], &m->rays, m->hits.count))
         return ng_out_of_memory("the reflections of a picture");
     ng_jobs_for(scene->jobs, (uint32_t)m->hits.count, 64, cast_from_pixels, &cast);
-    NG_TRY(go_on(m));
+    go_on(m);
     ng_jobs_for(scene->jobs, (uint32_t)m->hits.count - m->first, 64, cast_from_hits, &cast);
     NG_TRY(connect(&cast));
     return fill_pixels(scene, out);
@@ -400,20 +404,21 @@ ng_result lf_mirror_cast(const struct lf_encode_scene *scene, uint32_t budget, s
 
 // ---- lights ----------------------------------------------------------------------------------------------
 
-ng_result lf_mirror_light(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                          struct lf_light_clues *light, float *const direct[3], float *const bounce[3])
+ng_result lf_reflections_light(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                               struct lf_light_clues *light, float *const direct[3], float *const rsm[3])
 {
-    const struct lf_mirror *m = &pixels->reflections;
-    if (!ng_array_resize(&light->reflected.list, room_for(m, m->wide.count, LF_END_USED)))
+    const struct lf_reflections *m = &pixels->reflections;
+    if (!lf_take(&light->memory[LF_LIGHT_VIEW], &light->reflected,
+                 room_for(m, m->filtered.count, LF_HIT_CHANNELS_USED)))
         return ng_out_of_memory("the view of a light");
-    lf_rays_light(scene, light, m->hits.items, (uint32_t)m->hits.count, m->first,
-                  light->reflected.list.items);
-    add_reflections(m, 0, LF_END_USED, light->reflected.list.items);
+    lf_secondary_light(scene, light, m->hits.items, (uint32_t)m->hits.count, m->first,
+                       light->reflected.items);
+    add_reflections(m, 0, LF_HIT_CHANNELS_USED, light->reflected.items);
     struct spreading s = {.pixels = pixels,
-                          .from = light->reflected.list.items,
-                          .channels = LF_END_USED,
-                          .planes = {direct[0], direct[1], direct[2], bounce[0], bounce[1], bounce[2]}};
+                          .from = light->reflected.items,
+                          .channels = LF_HIT_CHANNELS_USED,
+                          .planes = {direct[0], direct[1], direct[2], rsm[0], rsm[1], rsm[2]}};
     spread(scene, &s);
-    lf_wide_average(scene, pixels, LF_END_USED, light->reflected.list.items, s.planes);
+    lf_reflection_filter_apply(scene, pixels, LF_HIT_CHANNELS_USED, light->reflected.items, s.planes);
     return NG_OK;
 }

@@ -10,10 +10,10 @@ struct sum {
 
 static void sum_lanes(const struct sum *s, const size_t pixels[LF_LANES], float value[3][LF_LANES])
 {
-    struct lf_points points;
+    struct lf_shading_points points;
     for (int i = 0; i < LF_LANES; i++)
-        lf_points_set_pixel(s->pixels, pixels[i], i, &points);
-    lf_kernels_of(0)->bounce(s->light->sources.items, (uint32_t)s->light->sources.count, &points, value);
+        lf_shading_points_set_pixel(s->pixels, pixels[i], i, &points);
+    lf_kernels_of(0)->rsm_gather(s->light->sources.items, (uint32_t)s->light->sources.count, &points, value);
 }
 
 static void sum_grid(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -21,7 +21,7 @@ static void sum_grid(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     NG_UNUSED(worker);
     const struct sum *s = user;
     const struct lf_pixel_clues *p = s->pixels;
-    float *grid = s->light->grid.list.items;
+    float *grid = s->light->grid.items;
     size_t n = lf_grid_points(p);
     for (size_t y = begin; y < end; y++)
         for (size_t x = 0; x < p->grid_width; x += LF_LANES) {
@@ -66,7 +66,7 @@ static void spread(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     }
 }
 
-void lf_grid_spread(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
+void lf_grid_spread(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                     const float *grid, float *const out[3])
 {
     struct spreading s = {pixels, grid, out};
@@ -90,14 +90,14 @@ static void sum_alone(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     }
 }
 
-ng_result lf_bounce_view(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                         struct lf_light_clues *light, float *const out[3])
+ng_result lf_rsm_gather(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                        struct lf_light_clues *light, float *const out[3])
 {
     struct sum sum = {.pixels = pixels, .light = light, .out = out};
-    if (!ng_array_resize(&light->grid.list, 3 * lf_grid_points(pixels)))
+    if (!lf_take(&light->memory[LF_LIGHT_VIEW], &light->grid, 3 * lf_grid_points(pixels)))
         return ng_out_of_memory("the view of a light");
     ng_jobs_for(scene->jobs, pixels->grid_height, 1, sum_grid, &sum);
-    lf_grid_spread(scene, pixels, light->grid.list.items, out);
+    lf_grid_spread(scene, pixels, light->grid.items, out);
     ng_jobs_for(scene->jobs, (uint32_t)((pixels->alone.count + LF_LANES - 1) / LF_LANES), 4, sum_alone, &sum);
     return NG_OK;
 }

@@ -1,4 +1,4 @@
-// Each end is lit by all of a light's unshadowed direct light, if a ray to one point of the light says that
+// Each hit is lit by all of a light's unshadowed direct light, if a ray to one point of the light says that
 // it arrives.
 #include "lightformer/clues/clues_internal.h"
 
@@ -9,13 +9,13 @@
 // Of what is seen: a highlight there that one of many rays meets would be a firefly.
 #define LEAST_ROUGHNESS 0.7f
 
-bool lf_ray_goes_on(const struct lf_ray_end *end)
+bool lf_secondary_continues(const struct lf_secondary_hit *hit)
 {
-    return end->met && lf_max3(end->f0) > LF_METAL;
+    return hit->met && lf_max3(hit->f0) > LF_METAL;
 }
 
 static void set_surface(const struct lf_space *space, const struct lf_surface *s, float roughness,
-                        struct lf_ray_end *out)
+                        struct lf_secondary_hit *out)
 {
     lf_to_scene(space, s->position, out->position);
     memcpy(out->normal, s->normal, sizeof out->normal);
@@ -31,35 +31,36 @@ static void set_surface(const struct lf_space *space, const struct lf_surface *s
     }
 }
 
-void lf_ray_cast(const struct lf_encode_scene *scene, const struct lf_space *space, const float position[3],
-                 const float flat[3], float roughness, struct lf_ray_end *end)
+void lf_secondary_cast(const struct lf_clues_scene *scene, const struct lf_space *space,
+                       const float position[3], const float flat[3], float roughness,
+                       struct lf_secondary_hit *hit)
 {
     struct lf_ray ray = {.near = 0, .far = INFINITY};
     struct lf_hit met;
     struct lf_surface surface;
     float world[3];
     lf_to_world(space, position, world);
-    memcpy(ray.direction, end->direction, sizeof ray.direction);
+    memcpy(ray.direction, hit->direction, sizeof ray.direction);
     lf_trace_origin(scene->tracer, world, flat, ray.direction, ray.origin);
-    end->met = lf_trace_closest(scene->tracer, &ray, LF_RAY_ALL, &met);
-    if (!end->met)
+    hit->met = lf_trace_closest(scene->tracer, &ray, LF_RAY_ALL, &met);
+    if (!hit->met)
         return;
     lf_surface_at(scene->tracer, &met, &surface);
-    end->distance = met.distance / space->radius;
-    set_surface(space, &surface, roughness, end);
+    hit->distance = met.distance / space->radius;
+    set_surface(space, &surface, roughness, hit);
 }
 
 // ---- lights ----------------------------------------------------------------------------------------------
 
 struct lighting {
-    const struct lf_encode_scene *scene;
+    const struct lf_clues_scene *scene;
     const struct lf_light_clues *light;
-    const struct lf_ray_end *ends;
+    const struct lf_secondary_hit *hits;
     uint32_t count, going_on;
-    float *out; // [count][LF_END_CHANNELS]
+    float *out; // [count][LF_HIT_CHANNELS]
 };
 
-static void set_lane(const struct lf_ray_end *hit, int lane, struct lf_points *out)
+static void set_lane(const struct lf_secondary_hit *hit, int lane, struct lf_shading_points *out)
 {
     for (int c = 0; c < 3; c++) {
         out->position[c][lane] = hit->position[c];
@@ -72,15 +73,17 @@ static void set_lane(const struct lf_ray_end *hit, int lane, struct lf_points *o
     out->roughness[lane] = hit->roughness;
 }
 
-// Whether the light reaches a hit: by a ray to one of its direct VPLs, another one for each hit of a block.
-static bool is_reached(const struct lighting *l, const struct lf_ray_end *hit)
+// Whether the light is visible from a hit: by a ray to one of its direct VPLs, another one for each hit of a
+// block.
+static bool is_visible(const struct lighting *l, const struct lf_secondary_hit *hit)
 {
     const struct lf_light_clues *light = l->light;
-    uint32_t count = light->vpl_count < LF_BLOCK * LF_BLOCK ? light->vpl_count : LF_BLOCK * LF_BLOCK;
+    uint32_t count =
+        light->vpl_count < LF_INTERLEAVE * LF_INTERLEAVE ? light->vpl_count : LF_INTERLEAVE * LF_INTERLEAVE;
     float position[3];
     lf_to_world(&light->space, hit->position, position);
     for (uint32_t i = 0; i < TRIES; i++) {
-        const struct ng_light_sample *vpl = &light->vpls.items[(hit->block + i) % count];
+        const struct ng_light_sample *vpl = &light->vpls.items[(hit->interleave_index + i) % count];
         struct ng_light_incident in;
         struct lf_ray ray = {.near = 0};
         ng_light_incident_at(&light->unit, vpl, position, &in);
@@ -89,7 +92,7 @@ static bool is_reached(const struct lighting *l, const struct lf_ray_end *hit)
             continue;
         lf_trace_origin(l->scene->tracer, position, hit->flat, in.direction, ray.origin);
         memcpy(ray.direction, in.direction, sizeof ray.direction);
-        ray.far = lf_max(in.distance * LF_LIGHT_REACH - lf_skin_along(light, vpl, in.direction), 0);
+        ray.far = lf_max(in.distance * LF_LIGHT_RAY_PART - lf_skin_along(light, vpl, in.direction), 0);
         return !lf_trace_shadowed(l->scene->tracer, &ray, light->light);
     }
     return false;
@@ -98,23 +101,26 @@ static bool is_reached(const struct lighting *l, const struct lf_ray_end *hit)
 static void light_lanes(const struct lighting *l, size_t first)
 {
     size_t left = l->count - first, count = left < LF_LANES ? left : LF_LANES;
-    const struct lf_ray_end *hits = l->ends + first;
-    struct lf_points points;
+    const struct lf_secondary_hit *hits = l->hits + first;
+    struct lf_shading_points points;
     struct lf_lit lit;
-    float bounce[3][LF_LANES];
+    float indirect[3][LF_LANES];
     for (size_t i = 0; i < LF_LANES; i++)
         set_lane(&hits[i < count ? i : 0], (int)i, &points);
     lf_direct_at(l->scene, l->light, &points, (uint32_t)count, false, &lit);
-    lf_kernels_of(0)->bounce(l->light->sources.items, (uint32_t)l->light->sources.count, &points, bounce);
+    lf_kernels_of(0)->rsm_gather(l->light->sources.items, (uint32_t)l->light->sources.count, &points,
+                                 indirect);
     for (size_t i = 0; i < count; i++) {
-        float *out = l->out + (first + i) * LF_END_CHANNELS, lit_sum = 0;
-        float f0 = first + i < l->going_on && lf_ray_goes_on(&hits[i]) ? 0 : 1; // has it a ray to see that?
+        float *out = l->out + (first + i) * LF_HIT_CHANNELS, lit_sum = 0;
+        float f0 =
+            first + i < l->going_on && lf_secondary_continues(&hits[i]) ? 0 : 1; // has it a ray to see that?
         for (int c = 0; c < 3; c++) {
             out[c] = hits[i].met ? lf_finite(lit.diffuse[c][i] + lit.glossy[c][i]) : 0;
-            out[3 + c] = hits[i].met ? lf_finite(bounce[c][i] * (hits[i].albedo[c] + f0 * hits[i].f0[c])) : 0;
+            out[3 + c] =
+                hits[i].met ? lf_finite(indirect[c][i] * (hits[i].albedo[c] + f0 * hits[i].f0[c])) : 0;
             lit_sum += out[c];
         }
-        if (!(lit_sum > 0) || !is_reached(l, &hits[i]))
+        if (!(lit_sum > 0) || !is_visible(l, &hits[i]))
             lf_scale(out, 0, out);
     }
 }
@@ -126,9 +132,9 @@ static void light_hits(void *user, uint32_t begin, uint32_t end, uint32_t worker
         light_lanes(user, block * LF_LANES);
 }
 
-void lf_rays_light(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
-                   const struct lf_ray_end *ends, uint32_t count, uint32_t going_on, float *out)
+void lf_secondary_light(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
+                        const struct lf_secondary_hit *hits, uint32_t count, uint32_t going_on, float *out)
 {
-    struct lighting l = {scene, light, ends, count, going_on, out};
+    struct lighting l = {scene, light, hits, count, going_on, out};
     ng_jobs_for(scene->jobs, (count + LF_LANES - 1) / LF_LANES, 4, light_hits, &l);
 }

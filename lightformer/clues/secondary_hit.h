@@ -1,4 +1,4 @@
-// Rays that look around from a surface, and what they see of a light where they end.
+// Secondary hits: what rays from the surfaces of pixels meet, and how a light lights it.
 #ifndef LF_CLUES_SECONDARY_HIT_H
 #define LF_CLUES_SECONDARY_HIT_H
 
@@ -9,18 +9,18 @@
 
 NG_EXTERN_C_BEGIN
 
-struct lf_encode_scene;
+struct lf_clues_scene;
 struct lf_light_clues;
 struct lf_space;
 
 #define LF_METAL 0.2f // F0 above which a surface shows mostly something else
 
 // Lengths are in radii of the scene's sphere, relative to its centre.
-struct lf_ray_end {
-    uint32_t pixel;   // where the ray began
-    uint32_t block;   // place among the rays of a block (interleaved.h)
-    uint32_t choice;  // which direction it takes (lf_block_choice)
-    uint32_t through; // index + 1 of the end from which this one goes on; 0: from the pixel
+struct lf_secondary_hit {
+    uint32_t pixel;            // where the ray began
+    uint32_t interleave_index; // among the rays of a block (interleaved.h)
+    uint32_t direction_index;  // which direction it takes (lf_interleave_direction)
+    uint32_t through;          // index + 1 of the hit from which this one goes on; 0: from the pixel
     bool met;
     float distance;     // along the ray
     float direction[3]; // of the ray
@@ -31,20 +31,22 @@ struct lf_ray_end {
 };
 
 // Whether what is seen there asks for another ray.
-bool lf_ray_goes_on(const struct lf_ray_end *end);
+bool lf_secondary_continues(const struct lf_secondary_hit *hit);
 
-// Casts a ray in `end->direction`, which is otherwise zero but for what says which ray it is, from a surface,
+// Casts a ray in `hit->direction`, which is otherwise zero but for what says which ray it is, from a surface,
 // and sets what it meets. `roughness`: of that surface; what is seen is no smoother.
-void lf_ray_cast(const struct lf_encode_scene *scene, const struct lf_space *space, const float position[3],
-                 const float flat[3], float roughness, struct lf_ray_end *end);
+void lf_secondary_cast(const struct lf_clues_scene *scene, const struct lf_space *space,
+                       const float position[3], const float flat[3], float roughness,
+                       struct lf_secondary_hit *hit);
 
-#define LF_END_USED     6 // channels: direct light, bounce * (albedo + F0); radiance as of `view.diffuse`
-#define LF_END_CHANNELS 8 // room included: loops of a fixed, round number vectorize
+#define LF_HIT_CHANNELS_USED                                                                                 \
+    6 // channels: direct light, indirect light \* (albedo + F0); radiance as of `view.diffuse`
+#define LF_HIT_CHANNELS 8 // room included: loops of a fixed, round number vectorize
 
-// What all of `ends` show of a light: [count][LF_END_CHANNELS]. Of the first `going_on` those that go on
+// What all of `hits` show of a light: [count][LF_HIT_CHANNELS]. Of the first `going_on` those that go on
 // leave the second bounce's F0 to the rays that do.
-void lf_rays_light(const struct lf_encode_scene *scene, const struct lf_light_clues *light,
-                   const struct lf_ray_end *ends, uint32_t count, uint32_t going_on, float *out);
+void lf_secondary_light(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
+                        const struct lf_secondary_hit *hits, uint32_t count, uint32_t going_on, float *out);
 
 NG_EXTERN_C_END
 

@@ -8,17 +8,17 @@
 #define TILE 4 // pixels a side of a packet
 
 struct search {
-    const struct lf_encode_scene *scene;
+    const struct lf_clues_scene *scene;
     const struct lf_pixel_clues *pixels;
     const struct lf_light_clues *light;
     float *const *out;
 };
 
 // From the light to a pixel, in metres; directions are unit.
-struct way {
+struct shadow_ray {
     float origin[3], direction[3];
     float distance; // d_f
-    bool lit;       // the light sends something this way
+    bool lit;       // the light sends something in this direction
 };
 
 static bool sends(const struct lf_light_clues *light, const float direction[3])
@@ -31,55 +31,56 @@ static bool sends(const struct lf_light_clues *light, const float direction[3])
     return false;
 }
 
-static struct way find_way(const struct search *s, size_t pixel)
+static struct shadow_ray find_shadow_ray(const struct search *s, size_t pixel)
 {
     const struct ng_light_data *data = &s->light->data;
-    struct way way = {.distance = 0};
+    struct shadow_ray ray = {.distance = 0};
     float scaled[3], position[3];
     lf_pixel_position(s->pixels, pixel, scaled);
     lf_to_world(&s->pixels->space, scaled, position);
-    lf_mad(position, data->proxy, -1, way.direction);
-    memcpy(way.origin, data->proxy, sizeof way.origin);
+    lf_mad(position, data->proxy, -1, ray.direction);
+    memcpy(ray.origin, data->proxy, sizeof ray.origin);
     if (data->vpl_kind == NG_VPL_DIRECTIONAL) { // from where the light enters the scene's sphere
-        way.distance = lf_dot(way.direction, data->look);
-        memcpy(way.direction, data->look, sizeof way.direction);
-        lf_mad(position, data->look, -way.distance, way.origin);
-        way.lit = way.distance > 0;
-        return way;
+        ray.distance = lf_dot(ray.direction, data->look);
+        memcpy(ray.direction, data->look, sizeof ray.direction);
+        lf_mad(position, data->look, -ray.distance, ray.origin);
+        ray.lit = ray.distance > 0;
+        return ray;
     }
-    way.distance = sqrtf(lf_dot(way.direction, way.direction));
-    if (lf_normalize(way.direction))
-        way.lit = sends(s->light, way.direction);
+    ray.distance = sqrtf(lf_dot(ray.direction, ray.direction));
+    if (lf_normalize(ray.direction))
+        ray.lit = sends(s->light, ray.direction);
     else
-        memcpy(way.direction, data->look, sizeof way.direction);
-    return way;
+        memcpy(ray.direction, data->look, sizeof ray.direction);
+    return ray;
 }
 
-static void write_pixel(const struct search *s, size_t pixel, const struct way *way, float occluder)
+static void write_pixel(const struct search *s, size_t pixel, const struct shadow_ray *ray,
+                        float shadow_distance)
 {
     float scale = 1 / s->pixels->space.radius;
     for (int c = 0; c < 3; c++)
-        s->out[c][pixel] = -way->direction[c];
-    s->out[3][pixel] = way->distance * scale;
-    s->out[4][pixel] = occluder * scale;
+        s->out[c][pixel] = -ray->direction[c];
+    s->out[3][pixel] = ray->distance * scale;
+    s->out[4][pixel] = shadow_distance * scale;
 }
 
-static void look_up(const struct search *s, size_t pixel, const struct way *way)
+static void look_up(const struct search *s, size_t pixel, const struct shadow_ray *ray)
 {
-    const struct lf_light_observation *maps = s->light->maps;
+    const struct lf_captured_light *maps = s->light->maps;
     struct lf_depth_map map = {&maps->data, maps->depth, maps->depth_views, maps->face_size};
     float position[3];
-    lf_mad(way->origin, way->direction, way->distance, position);
-    struct lf_shadow shadow = lf_shadow_lookup(&map, position);
-    write_pixel(s, pixel, way,
-                shadow.occluder < LF_SHADOW_REACH * way->distance ? shadow.occluder : way->distance);
+    lf_mad(ray->origin, ray->direction, ray->distance, position);
+    struct lf_shadow_distance shadow = lf_shadow_lookup(&map, position);
+    write_pixel(s, pixel, ray,
+                shadow.occluder < LF_SHADOW_RAY_PART * ray->distance ? shadow.occluder : ray->distance);
 }
 
 static void find_tile(const struct search *s, uint32_t x0, uint32_t y0)
 {
     const struct lf_pixel_clues *p = s->pixels;
     struct lf_packet packet = {.passes = s->light->light};
-    struct way ways[LF_PACKET];
+    struct shadow_ray shadow_rays[LF_PACKET];
     size_t at[LF_PACKET];
     uint32_t rays = 0;
     for (uint32_t i = 0; i < LF_PACKET; i++) {
@@ -90,20 +91,20 @@ static void find_tile(const struct search *s, uint32_t x0, uint32_t y0)
             continue;
         at[i] = (size_t)y * p->width + x;
         if (!(p->mask[at[i]] > 0)) {
-            write_pixel(s, at[i], &(struct way){.distance = 0}, 0);
+            write_pixel(s, at[i], &(struct shadow_ray){.distance = 0}, 0);
             continue;
         }
-        ways[i] = find_way(s, at[i]);
+        shadow_rays[i] = find_shadow_ray(s, at[i]);
         if (s->light->maps) {
-            look_up(s, at[i], &ways[i]);
+            look_up(s, at[i], &shadow_rays[i]);
             continue;
         }
-        write_pixel(s, at[i], &ways[i], ways[i].distance);
+        write_pixel(s, at[i], &shadow_rays[i], shadow_rays[i].distance);
         for (int c = 0; c < 3; c++) {
-            packet.origin[c][i] = ways[i].origin[c];
-            packet.direction[c][i] = ways[i].direction[c];
+            packet.origin[c][i] = shadow_rays[i].origin[c];
+            packet.direction[c][i] = shadow_rays[i].direction[c];
         }
-        packet.far[i] = ways[i].lit ? ways[i].distance * LF_SHADOW_REACH : 0;
+        packet.far[i] = shadow_rays[i].lit ? shadow_rays[i].distance * LF_SHADOW_RAY_PART : 0;
         rays += packet.far[i] > 0;
     }
     if (!rays)
@@ -111,7 +112,7 @@ static void find_tile(const struct search *s, uint32_t x0, uint32_t y0)
     lf_trace_packet(s->scene->tracer, &packet, NULL);
     for (uint32_t i = 0; i < LF_PACKET; i++)
         if (packet.met[i])
-            write_pixel(s, at[i], &ways[i], packet.far[i]);
+            write_pixel(s, at[i], &shadow_rays[i], packet.far[i]);
 }
 
 static void find_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -123,8 +124,8 @@ static void find_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worker
             find_tile(s, x, row * TILE);
 }
 
-void lf_occluders_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                       const struct lf_light_clues *light, float *const out[5])
+void lf_shadow_distance_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                             const struct lf_light_clues *light, float *const out[5])
 {
     struct search search = {.scene = scene, .pixels = pixels, .light = light, .out = out};
     ng_jobs_for(scene->jobs, (pixels->height + TILE - 1) / TILE, 1, find_tiles, &search);

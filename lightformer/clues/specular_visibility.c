@@ -1,4 +1,4 @@
-// Whether highlights are in shadow. How much of a light reaches a pixel (visibility.c) is one thing; a
+// Whether highlights are in shadow. How much of a light a pixel sees (visibility.c) is one thing; a
 // highlight of a smooth surface shows one small part of the light, and where that part is hidden the
 // highlight is gone, however bright it would have been. So where glossy light counts, rays go to the parts of
 // the light that directions of the BRDF come nearest to: a quarter of sixteen, another one in each of four
@@ -9,28 +9,28 @@
 
 #define ROWS         4 // of pixels, a job
 #define QUARTERS     4 // of the directions
-#define RAYS         (LF_LOBE_SAMPLES / QUARTERS)
+#define RAYS         (LF_BRDF_SAMPLES / QUARTERS)
 #define LEAST_GLOSSY 0.01f // in units of the radiance that the light's power spread evenly would have
 
 struct search {
-    const struct lf_encode_scene *scene;
+    const struct lf_clues_scene *scene;
     const struct lf_pixel_clues *pixels;
     const struct lf_light_clues *light;
     float *const *glossy;
-    const float *reached;
-    const struct lf_block_rays *rays;
+    const float *visibility;
+    const struct lf_interleaved *rays;
     float *out;
 };
 
 static uint32_t quarter_of(uint32_t x, uint32_t y)
 {
-    return lf_block_order[lf_block_place(x, y)] / (LF_BLOCK * LF_BLOCK / QUARTERS);
+    return lf_interleave_order[lf_interleave_index(x, y)] / (LF_INTERLEAVE * LF_INTERLEAVE / QUARTERS);
 }
 
-static bool is_lit(const struct search *s, const struct lf_points *points, const struct lf_aim *aim,
+static bool is_lit(const struct search *s, const struct lf_shading_points *points, const struct lf_aim *aim,
                    uint32_t lane)
 {
-    struct lf_ray ray = {.near = 0, .far = aim->distance[lane] * s->pixels->space.radius * LF_LIGHT_REACH};
+    struct lf_ray ray = {.near = 0, .far = aim->distance[lane] * s->pixels->space.radius * LF_LIGHT_RAY_PART};
     float at[3], flat[3], position[3];
     for (int c = 0; c < 3; c++) {
         at[c] = points->position[c][lane];
@@ -45,7 +45,7 @@ static bool is_lit(const struct search *s, const struct lf_points *points, const
 // Rays of several pixels, answered together.
 struct asking {
     const struct search *search;
-    struct lf_points points;
+    struct lf_shading_points points;
     float u[3][LF_LANES];
     size_t pixels[LF_LANES];
     uint32_t count;
@@ -58,7 +58,7 @@ static void answer(struct asking *a)
     struct lf_aim aim;
     if (!a->count)
         return;
-    lf_kernels_of(0)->aim(&s->light->shape, &a->points, a->u, &aim);
+    lf_kernels_of(0)->aim(&s->light->emitter, &a->points, a->u, &aim);
     for (uint32_t i = 0; i < a->count; i++) {
         if (!(aim.weight[i] > 0))
             continue;
@@ -72,8 +72,8 @@ static void answer(struct asking *a)
 static void ask_quarter(struct asking *a, size_t pixel, uint32_t quarter)
 {
     for (uint32_t k = 0; k < RAYS; k++) {
-        const float *u = lf_lobe_samples[k * QUARTERS + quarter];
-        lf_points_set_pixel(a->search->pixels, pixel, (int)a->count, &a->points);
+        const float *u = lf_brdf_samples[k * QUARTERS + quarter];
+        lf_shading_points_set_pixel(a->search->pixels, pixel, (int)a->count, &a->points);
         for (int c = 0; c < 3; c++)
             a->u[c][a->count] = u[c];
         a->pixels[a->count++] = pixel;
@@ -87,7 +87,7 @@ static bool counts(const struct search *s, size_t pixel)
     const struct lf_pixel_clues *p = s->pixels;
     float glossy = (s->glossy[0][pixel] + s->glossy[1][pixel] + s->glossy[2][pixel]) / 3;
     return p->roughness[pixel] < LF_SMOOTH && glossy > LEAST_GLOSSY && !s->light->unit.type->delta &&
-           s->reached[pixel] > 0; // or no part of the light is seen from around here
+           s->visibility[pixel] > 0; // or no part of the light is seen from around here
 }
 
 // Four pixels have all of the directions.
@@ -116,7 +116,7 @@ static void find_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 static bool is_doubtful(const struct search *s, uint32_t x, uint32_t y)
 {
     return s->rays->weight[(size_t)y * s->pixels->width + x] > 0 &&
-           lf_block_opinions(s->pixels, s->rays, x, y) == (LF_BLOCK_LIT | LF_BLOCK_HIDDEN);
+           lf_interleaved_found(s->pixels, s->rays, x, y) == (LF_FOUND_LIT | LF_FOUND_HIDDEN);
 }
 
 static void refine_row(const struct search *s, uint32_t y)
@@ -147,24 +147,24 @@ static void refine_rows(void *user, uint32_t begin, uint32_t end, uint32_t worke
         refine_row(user, y);
 }
 
-// Elsewhere, and where no direction came near the light, what reaches the pixel is all the same.
+// Elsewhere, and where no direction came near the light, the visibility of the whole light stands in.
 static void fill_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct search *s = user;
     for (size_t i = (size_t)begin * s->pixels->width; i < (size_t)end * s->pixels->width; i++)
         if (!(s->rays->weight[i] > 0))
-            s->out[i] = s->reached[i];
+            s->out[i] = s->visibility[i];
 }
 
-void lf_highlights_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                        const struct lf_light_clues *light, float *const glossy[3], const float *reached,
-                        const struct lf_block_rays *rays, float *out)
+void lf_specular_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                                 const struct lf_light_clues *light, float *const glossy[3],
+                                 const float *visibility, const struct lf_interleaved *rays, float *out)
 {
-    struct search s = {scene, pixels, light, glossy, reached, rays, out};
+    struct search s = {scene, pixels, light, glossy, visibility, rays, out};
     ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &s);
-    lf_block_ask(scene, pixels, rays);
+    lf_interleaved_collect(scene, pixels, rays);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, refine_rows, &s);
-    lf_block_average(scene, pixels, rays, true, out);
+    lf_interleaved_filter(scene, pixels, rays, true, out);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &s);
 }

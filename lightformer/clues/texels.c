@@ -14,7 +14,7 @@
 #define LEAST_SLANT 0.1f // cosine at which the area behind a texel stops growing
 
 struct search {
-    const struct lf_encode_scene *scene;
+    const struct lf_clues_scene *scene;
     struct lf_light_clues *light;
 };
 
@@ -39,9 +39,9 @@ static void add_lobe(struct lf_light_clues *light, const float normal[3], const 
 static ng_result find_intensity(struct lf_light_clues *light)
 {
     size_t count = light->vpls.count;
-    light->intensity.count = 0;
-    if (!ng_array_reserve(&light->intensity, count))
+    if (!lf_take(&light->memory[LF_LIGHT_RSM], &light->intensity, count))
         return ng_out_of_memory("the texels of a light");
+    light->intensity.count = 0;
     for (size_t i = 0; i < count; i++) {
         const struct ng_light_sample *v = &light->vpls.items[i];
         float weight[3];
@@ -114,10 +114,10 @@ static void aim_at(const struct lf_light_clues *light, const struct ng_light_vie
 static float area_behind(const struct lf_light_clues *light, const struct aim *aim, const float position[3],
                          const float normal[3])
 {
-    float way[3], square = 1, slant = fabsf(lf_dot(normal, aim->direction));
+    float offset[3], square = 1, slant = fabsf(lf_dot(normal, aim->direction));
     if (!light->data.window_count) {
-        lf_mad(position, aim->origin, -1, way);
-        square = lf_dot(way, way);
+        lf_mad(position, aim->origin, -1, offset);
+        square = lf_dot(offset, offset);
     }
     return aim->extent * square / (fmaxf(slant, LEAST_SLANT) * light->space.radius * light->space.radius);
 }
@@ -173,7 +173,7 @@ static void trace_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worke
 // The renderer's maps hold W of the light as it is.
 static void read_texel(const struct lf_light_clues *light, float power, size_t i, struct lf_texel *out)
 {
-    const struct lf_light_observation *maps = light->maps;
+    const struct lf_captured_light *maps = light->maps;
     struct aim aim;
     *out = (struct lf_texel){0};
     if (!(maps->position[4 * i + 3] > 0) || !(power > 0))
@@ -200,9 +200,9 @@ static ng_result write_rows(struct lf_light_clues *light)
     for (size_t i = 0; i < light->texels.count; i++)
         count += is_row(&light->texels.items[i]);
     light->texel_count = count;
-    if (!ng_array_resize(&light->rows.list, 12 * ((size_t)count + vpls)))
+    if (!lf_take(&light->memory[LF_LIGHT_RSM], &light->rows, 12 * ((size_t)count + vpls)))
         return ng_out_of_memory("the texels of a light");
-    float *rows = light->rows.list.items + (size_t)12 * vpls, proxy[3];
+    float *rows = light->rows.items + (size_t)12 * vpls, proxy[3];
     lf_to_scene(&light->space, light->data.proxy, proxy);
     size_t n = count, row = 0;
     for (size_t i = 0; i < light->texels.count; i++) {
@@ -226,21 +226,21 @@ static ng_result write_rows(struct lf_light_clues *light)
 
 // ---- the second bounce -----------------------------------------------------------------------------------
 
-// A block of texels as one source: the flux of all, at the texel with which half of it is reached.
+// A block of texels as one source: the flux of all, at the texel with which half of it is found.
 static void add_block(struct lf_light_clues *light, uint32_t view, uint32_t x0, uint32_t y0, uint32_t side)
 {
-    struct lf_bounce_source source = {.area = 0};
+    struct lf_rsm_source source = {.area = 0};
     const struct lf_texel *first = &light->texels.items[view * TEXELS + y0 * SIDE + x0], *middle = NULL;
-    float reached = 0;
+    float found = 0;
     for (uint32_t i = 0; i < side * side; i++) {
         const struct lf_texel *t = &first[i / side * SIDE + i % side];
         lf_mad(source.flux, t->flux, 1, source.flux);
         source.area += is_row(t) ? t->area : 0;
     }
     float half = lf_mean(source.flux) / 2;
-    for (uint32_t i = 0; i < side * side && (!middle || reached < half); i++) {
+    for (uint32_t i = 0; i < side * side && (!middle || found < half); i++) {
         const struct lf_texel *t = &first[i / side * SIDE + i % side];
-        reached += lf_mean(t->flux);
+        found += lf_mean(t->flux);
         middle = is_row(t) ? t : middle;
     }
     if (!middle)
@@ -254,19 +254,19 @@ static void add_block(struct lf_light_clues *light, uint32_t view, uint32_t x0, 
 static ng_result group_texels(struct lf_light_clues *light)
 {
     uint32_t side = light->view_count > 1 ? 8 : 4, blocks = SIDE / side;
-    light->sources.count = 0;
-    if (!ng_array_reserve(&light->sources, (size_t)light->view_count * blocks * blocks))
+    if (!lf_take(&light->memory[LF_LIGHT_RSM], &light->sources, (size_t)light->view_count * blocks * blocks))
         return ng_out_of_memory("the texels of a light");
+    light->sources.count = 0;
     for (uint32_t i = 0; i < light->view_count * blocks * blocks; i++)
         add_block(light, i / (blocks * blocks), i % blocks * side, i / blocks % blocks * side, side);
     return NG_OK;
 }
 
-ng_result lf_texels_find(const struct lf_encode_scene *scene, struct lf_light_clues *light)
+ng_result lf_texels_find(const struct lf_clues_scene *scene, struct lf_light_clues *light)
 {
     struct search search = {.scene = scene, .light = light};
     NG_TRY(find_intensity(light));
-    if (!ng_array_resize(&light->texels, (size_t)light->view_count * TEXELS))
+    if (!lf_take(&light->memory[LF_LIGHT_RSM], &light->texels, (size_t)light->view_count * TEXELS))
         return ng_out_of_memory("the texels of a light");
     float power = ng_light_power(&lf_tracer_snapshot(scene->tracer)->lights[light->light].source);
     if (light->maps)

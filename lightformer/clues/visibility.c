@@ -1,21 +1,21 @@
-// How much of the light reaches a pixel: a ray to one of sixteen direct VPLs from each pixel, another one for
-// each place of a block, weighed by what that VPL would bring; and where neighbours found different things,
-// in penumbrae, a ray to another one, so that a block has 32. Rays of pixels with the same VPL run side by
-// side.
+// How much of the light a pixel sees: a ray to one of sixteen direct VPLs from each pixel, another one for
+// each pixel of a block (interleaved sampling), weighed by what that VPL would bring; and where neighbours
+// found different things, in penumbrae, a ray to another one, so that a block has 32. Rays of pixels with the
+// same VPL run side by side.
 #include "lightformer/clues/clues_internal.h"
 
 #include <string.h>
 
-#define PLACES (LF_BLOCK * LF_BLOCK)
-#define ROUNDS 2                 // of rays
-#define SIDE   4                 // rays of a packet each way
-#define TILE   (SIDE * LF_BLOCK) // pixels each way
+#define SAMPLES (LF_INTERLEAVE * LF_INTERLEAVE)
+#define ROUNDS  2                      // of rays
+#define SIDE    4                      // rays of a packet each way
+#define TILE    (SIDE * LF_INTERLEAVE) // pixels each way
 
 struct search {
-    const struct lf_encode_scene *scene;
+    const struct lf_clues_scene *scene;
     const struct lf_pixel_clues *pixels;
     const struct lf_light_clues *light;
-    const struct lf_block_rays *rays;
+    const struct lf_interleaved *rays;
 };
 
 // Sets a ray from the VPL to a pixel, whose weight it returns; 0 and no ray if the VPL brings nothing there.
@@ -23,11 +23,11 @@ static float set_ray(const struct search *s, size_t pixel, const struct ng_light
                      struct lf_packet *packet)
 {
     const struct lf_pixel_clues *p = s->pixels;
-    struct lf_lobe at;
+    struct lf_shading_point at;
     struct ng_light_incident in;
     float position[3], origin[3], scaled[3];
     lf_pixel_position(p, pixel, scaled);
-    lf_pixel_lobe(p, pixel, &at);
+    lf_pixel_shading_point(p, pixel, &at);
     lf_to_world(&p->space, scaled, position);
     ng_light_incident_at(&s->light->unit, vpl, position, &in);
     float cosine = lf_dot(at.normal, in.direction), weight = ng_light_mean(in.irradiance) * cosine;
@@ -44,13 +44,13 @@ static float set_ray(const struct search *s, size_t pixel, const struct ng_light
         packet->origin[c][lane] = origin[c];
         packet->direction[c][lane] = infinite ? in.direction[c] : -in.direction[c];
     }
-    packet->far[lane] = infinite ? INFINITY : in.distance * LF_SHADOW_REACH - skin;
+    packet->far[lane] = infinite ? INFINITY : in.distance * LF_SHADOW_RAY_PART - skin;
     return weight;
 }
 
-static const struct ng_light_sample *vpl_of(const struct search *s, uint32_t place, uint32_t round)
+static const struct ng_light_sample *vpl_of(const struct search *s, uint32_t sample, uint32_t round)
 {
-    return &s->light->vpls.items[(lf_block_order[place] + round * PLACES) % s->light->vpl_count];
+    return &s->light->vpls.items[(lf_interleave_order[sample] + round * SAMPLES) % s->light->vpl_count];
 }
 
 // TILE x TILE pixels, and which of them ask.
@@ -61,7 +61,7 @@ struct tile {
 
 static bool is_in_doubt(const struct search *s, uint32_t x, uint32_t y)
 {
-    return lf_block_opinions(s->pixels, s->rays, x, y) == (LF_BLOCK_LIT | LF_BLOCK_HIDDEN);
+    return lf_interleaved_found(s->pixels, s->rays, x, y) == (LF_FOUND_LIT | LF_FOUND_HIDDEN);
 }
 
 // In the first round all pixels ask, later those where steps would show. False if none does.
@@ -88,16 +88,17 @@ static void add_answer(const struct search *s, size_t pixel, float weight, bool 
     s->rays->part[pixel] = (before + (lit ? weight : 0)) / s->rays->weight[pixel];
 }
 
-// The pixels of a tile that have one place in their blocks.
-static void trace_place(const struct search *s, const struct tile *tile, uint32_t place, uint32_t round)
+// The pixels of a tile that sample the same VPL.
+static void trace_sample(const struct search *s, const struct tile *tile, uint32_t sample, uint32_t round)
 {
-    const struct ng_light_sample *vpl = vpl_of(s, place, round);
+    const struct ng_light_sample *vpl = vpl_of(s, sample, round);
     struct lf_packet packet = {.passes = s->light->light};
     float weight[LF_PACKET] = {0};
     size_t at[LF_PACKET];
     bool any = false;
     for (uint32_t i = 0; i < LF_PACKET; i++) {
-        uint32_t x = i % SIDE * LF_BLOCK + place % LF_BLOCK, y = i / SIDE * LF_BLOCK + place / LF_BLOCK;
+        uint32_t x = i % SIDE * LF_INTERLEAVE + sample % LF_INTERLEAVE,
+                 y = i / SIDE * LF_INTERLEAVE + sample / LF_INTERLEAVE;
         if (!tile->asks[y * TILE + x])
             continue;
         at[i] = (size_t)(tile->y + y) * s->pixels->width + tile->x + x;
@@ -114,8 +115,8 @@ static void trace_place(const struct search *s, const struct tile *tile, uint32_
 
 static void trace_tile(const struct search *s, const struct tile *tile, uint32_t round)
 {
-    for (uint32_t place = 0; place < PLACES; place++)
-        trace_place(s, tile, place, round);
+    for (uint32_t sample = 0; sample < SAMPLES; sample++)
+        trace_sample(s, tile, sample, round);
 }
 
 static void trace_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -157,20 +158,20 @@ static void refine_rows(void *user, uint32_t begin, uint32_t end, uint32_t worke
         }
 }
 
-void lf_reach_find(const struct lf_encode_scene *scene, const struct lf_pixel_clues *pixels,
-                   const struct lf_light_clues *light, float *const way[5], const struct lf_block_rays *rays,
-                   float *reached)
+void lf_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                        const struct lf_light_clues *light, float *const shadow[5],
+                        const struct lf_interleaved *rays, float *visibility)
 {
     struct search s = {scene, pixels, light, rays};
     size_t count = (size_t)pixels->width * pixels->height;
-    if (light->unit.type->delta) { // is seen from one place, or one direction
+    if (light->unit.type->delta) { // is seen from one sample, or one direction
         for (size_t i = 0; i < count; i++)
-            reached[i] = pixels->mask[i] > 0 && !(way[4][i] < way[3][i]) ? 1 : 0;
+            visibility[i] = pixels->mask[i] > 0 && !(shadow[4][i] < shadow[3][i]) ? 1 : 0;
         return;
     }
     uint32_t rows = (pixels->height + TILE - 1) / TILE;
     ng_jobs_for(scene->jobs, rows, 1, trace_rows, &s);
-    lf_block_ask(scene, pixels, rays);
+    lf_interleaved_collect(scene, pixels, rays);
     ng_jobs_for(scene->jobs, rows, 1, refine_rows, &s);
-    lf_block_average(scene, pixels, rays, false, reached);
+    lf_interleaved_filter(scene, pixels, rays, false, visibility);
 }

@@ -13,12 +13,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct lf_observer {
+struct lf_capture {
     struct ng_gpu *gpu;
     struct ng_renderer *renderer;
     bool pixels_only;                    // this frame
     NG_ARRAY(struct ng_light_maps) maps; // of the frame; names belong to the light maps' provider
-    NG_ARRAY(struct lf_light_observation) lights;
+    NG_ARRAY(struct lf_captured_light) lights;
     NG_ARRAY(struct ng_light_sample) vpls;
 };
 
@@ -35,7 +35,7 @@ static void map_name(const struct ng_light_maps *maps, enum map map, char out[16
 
 static ng_result ask(struct ng_composer *composer, void *user)
 {
-    struct lf_observer *self = user;
+    struct lf_capture *self = user;
     struct ng_graph *graph = ng_composer_graph(composer);
     self->maps.count = 0;
     for (size_t i = 0; i < NG_COUNT(gbuffer_names); i++)
@@ -53,10 +53,10 @@ static ng_result ask(struct ng_composer *composer, void *user)
     return NG_OK;
 }
 
-ng_result lf_observer_create(struct ng_gpu *gpu, struct ng_jobs *jobs, struct lf_observer **out)
+ng_result lf_capture_create(struct ng_gpu *gpu, struct ng_jobs *jobs, struct lf_capture **out)
 {
     *out = NULL;
-    struct lf_observer *self = calloc(1, sizeof *self);
+    struct lf_capture *self = calloc(1, sizeof *self);
     if (!self)
         return ng_out_of_memory("the observation of a frame");
     self->gpu = gpu;
@@ -66,14 +66,14 @@ ng_result lf_observer_create(struct ng_gpu *gpu, struct ng_jobs *jobs, struct lf
     if (result == NG_OK)
         result = ng_composer_register(ng_renderer_composer(self->renderer), &provider);
     if (result != NG_OK)
-        lf_observer_destroy(&self);
+        lf_capture_destroy(&self);
     *out = self;
     return result;
 }
 
-void lf_observer_destroy(struct lf_observer **observer)
+void lf_capture_destroy(struct lf_capture **observer)
 {
-    struct lf_observer *self = *observer;
+    struct lf_capture *self = *observer;
     *observer = NULL;
     if (!self)
         return;
@@ -84,7 +84,7 @@ void lf_observer_destroy(struct lf_observer **observer)
     free(self);
 }
 
-static ng_result draw(struct lf_observer *self, const struct lf_observe_params *p)
+static ng_result draw(struct lf_capture *self, const struct lf_capture_params *p)
 {
     struct ng_render_params params = {.snapshot = p->snapshot, .width = p->width, .height = p->height};
     struct ng_cmd *cmd;
@@ -94,7 +94,7 @@ static ng_result draw(struct lf_observer *self, const struct lf_observe_params *
     return drawn != NG_OK ? drawn : ended;
 }
 
-static ng_result fetch(const struct lf_observer *self, const char *name, const void **data)
+static ng_result fetch(const struct lf_capture *self, const char *name, const void **data)
 {
     struct ng_graph_memory memory;
     NG_TRY(ng_graph_readback_get(ng_renderer_graph(self->renderer), name, &memory));
@@ -102,7 +102,7 @@ static ng_result fetch(const struct lf_observer *self, const char *name, const v
     return NG_OK;
 }
 
-static ng_result fetch_gbuffer(const struct lf_observer *self, struct lf_gbuffer *out)
+static ng_result fetch_gbuffer(const struct lf_capture *self, struct lf_gbuffer *out)
 {
     const void *data[NG_COUNT(gbuffer_names)];
     for (size_t i = 0; i < NG_COUNT(gbuffer_names); i++)
@@ -111,8 +111,8 @@ static ng_result fetch_gbuffer(const struct lf_observer *self, struct lf_gbuffer
     return NG_OK;
 }
 
-static ng_result fetch_light(const struct lf_observer *self, const struct ng_light_maps *maps,
-                             struct lf_light_observation *out)
+static ng_result fetch_light(const struct lf_capture *self, const struct ng_light_maps *maps,
+                             struct lf_captured_light *out)
 {
     const void *data[MAPS];
     for (int m = 0; m < MAPS; m++) {
@@ -120,7 +120,7 @@ static ng_result fetch_light(const struct lf_observer *self, const struct ng_lig
         map_name(maps, (enum map)m, name);
         NG_TRY(fetch(self, name, &data[m]));
     }
-    *out = (struct lf_light_observation){
+    *out = (struct lf_captured_light){
         .light = maps->light,
         .data = maps->gpu->data,
         .rsm_views = maps->rsm_views,
@@ -134,7 +134,7 @@ static ng_result fetch_light(const struct lf_observer *self, const struct ng_lig
     return NG_OK;
 }
 
-static ng_result fetch_lights(struct lf_observer *self, const struct ng_snapshot *s, uint32_t vpl_count)
+static ng_result fetch_lights(struct lf_capture *self, const struct ng_snapshot *s, uint32_t vpl_count)
 {
     size_t count = self->maps.count;
     if (!ng_array_resize(&self->lights, count) || !ng_array_resize(&self->vpls, count * vpl_count)) {
@@ -142,7 +142,7 @@ static ng_result fetch_lights(struct lf_observer *self, const struct ng_snapshot
         return NG_ERROR_MEMORY;
     }
     for (size_t i = 0; i < count; i++) {
-        struct lf_light_observation *light = &self->lights.items[i];
+        struct lf_captured_light *light = &self->lights.items[i];
         NG_TRY(fetch_light(self, &self->maps.items[i], light));
         const struct ng_light_source *source = &s->lights[light->light].source;
         light->vpls = self->vpls.items + i * vpl_count;
@@ -152,9 +152,10 @@ static ng_result fetch_lights(struct lf_observer *self, const struct ng_snapshot
     return NG_OK;
 }
 
-ng_result lf_observe(struct lf_observer *self, const struct lf_observe_params *p, struct lf_observation *out)
+ng_result lf_capture_frame(struct lf_capture *self, const struct lf_capture_params *p,
+                           struct lf_captured_frame *out)
 {
-    *out = (struct lf_observation){
+    *out = (struct lf_captured_frame){
         .width = p->width, .height = p->height, .vpl_count = p->vpl_count ? p->vpl_count : LF_VPL_COUNT};
     self->pixels_only = p->pixels_only;
     NG_TRY(draw(self, p));

@@ -17,7 +17,7 @@ struct run {
     struct lf_dataset_params p; // with crop and crops as they are meant
     struct lf_dataset_report *report;
     struct lf_scene_sampler *sampler;
-    struct lf_observer *observer;
+    struct lf_capture *observer;
     struct lf_sample_writer *writer;
     struct lf_manifest manifest;
     struct lf_manifest targets; // of the data set whose targets are taken
@@ -220,19 +220,19 @@ static ng_result make_sample(struct run *run, uint64_t seed, const struct lf_ten
     struct lf_sample_params params = sample_params(run);
     double *spent = run->report->spent;
     struct lf_sample sample;
-    struct lf_observation observation;
+    struct lf_captured_frame observation;
     params.targets = targets;
     uint64_t begin = ng_clock_ns();
     NG_TRY(lf_scene_sampler_begin(run->sampler, seed, &sample));
     uint64_t varied = ng_clock_ns();
-    ng_result result = lf_observe(
+    ng_result result = lf_capture_frame(
         run->observer,
-        &(struct lf_observe_params){
+        &(struct lf_capture_params){
             .snapshot = sample.snapshot, .width = run->p.size, .height = run->p.size, .pixels_only = true},
         &observation);
     uint64_t observed = ng_clock_ns();
     spent[LF_STAGE_VARY] += (double)(varied - begin) * 1e-9;
-    spent[LF_STAGE_OBSERVE] += (double)(observed - varied) * 1e-9;
+    spent[LF_STAGE_CAPTURE] += (double)(observed - varied) * 1e-9;
     if (result == NG_OK)
         result = lf_sample_write(run->writer, &sample, &observation, &params, out, spent);
     ng_result ended = lf_scene_sampler_end(run->sampler);
@@ -399,7 +399,7 @@ ng_result lf_dataset_make(const struct lf_dataset_params *params, struct lf_data
     uint64_t begin = ng_clock_ns();
     ng_result result = lf_scene_sampler_create(&sampler, &run.sampler);
     if (result == NG_OK)
-        result = lf_observer_create(run.p.gpu, run.p.jobs, &run.observer);
+        result = lf_capture_create(run.p.gpu, run.p.jobs, &run.observer);
     if (result == NG_OK)
         result = lf_sample_writer_create(&run.writer);
     if (result == NG_OK)
@@ -411,7 +411,7 @@ ng_result lf_dataset_make(const struct lf_dataset_params *params, struct lf_data
     if (result != NG_OK && run.made_folder)
         remove(run.p.directory); // which succeeds if it is empty
     lf_sample_writer_destroy(&run.writer);
-    lf_observer_destroy(&run.observer);
+    lf_capture_destroy(&run.observer);
     lf_scene_sampler_destroy(&run.sampler);
     lf_manifest_finish(&run.manifest);
     lf_manifest_finish(&run.targets);

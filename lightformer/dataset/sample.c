@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const lf_stage_names[LF_STAGES] = {"vary", "observe", "encode", "trace", "write"};
+const char *const lf_stage_names[LF_STAGES] = {"vary", "capture", "encode", "trace", "write"};
 
 #define CROP_STREAM 0x63726f70u // of the seed's random numbers: far from those of variations
 
@@ -198,24 +198,24 @@ static ng_result encode(const struct job *job)
 {
     struct lf_sample_writer *w = job->writer;
     const struct ng_snapshot *s = job->sample->snapshot;
-    const struct lf_encode_scene scene = {.tracer = job->sample->tracer, .jobs = job->params->jobs};
-    const struct lf_encode_light_params params = {.vpl_count = job->params->vpls};
-    NG_TRY(lf_encode_pixels(&scene,
-                            &(struct lf_encode_pixels_params){.gbuffer = *job->gbuffer,
-                                                              .width = job->params->size,
-                                                              .height = job->params->size},
-                            w->pixels));
+    const struct lf_clues_scene scene = {.tracer = job->sample->tracer, .jobs = job->params->jobs};
+    const struct lf_clues_light_params params = {.vpl_count = job->params->vpls};
+    NG_TRY(lf_clues_pixels(&scene,
+                           &(struct lf_clues_pixels_params){.gbuffer = *job->gbuffer,
+                                                            .width = job->params->size,
+                                                            .height = job->params->size},
+                           w->pixels));
     w->used = 0;
     for (uint32_t i = 0; i < s->light_count; i++) {
         if (!(ng_light_power(&s->lights[i].source) > 0))
             continue;
         NG_TRY(reserve_light(w));
         struct lf_light_clues *light = w->lights.items[w->used++];
-        NG_TRY(lf_encode_light(&scene, i, &params, light));
-        NG_TRY(lf_encode_view(&scene, w->pixels, light));
+        NG_TRY(lf_clues_light(&scene, i, &params, light));
+        NG_TRY(lf_clues_view(&scene, w->pixels, light));
     }
-    lf_encode_powers(s, w->pixels, w->lights.items, w->used);
-    return NG_OK;
+    lf_clues_set_powers(s, w->pixels, w->lights.items, w->used);
+    return lf_clues_normalize(w->pixels);
 }
 
 struct input {
@@ -234,9 +234,10 @@ static const struct input inputs[] = {
 // Halfs, but for what is once a frame or a light, for places, and for distances, whose differences matter.
 static enum lf_dtype dtype_of(const struct input *input)
 {
-    static const enum lf_net_input precise[] = {
-        LF_INPUT_PIXEL_POSITION, LF_INPUT_PIXEL_DISTANCE, LF_INPUT_VPL_OFFSET,    LF_INPUT_VPL_POSITION,
-        LF_INPUT_TEXEL_OFFSET,   LF_INPUT_TEXEL_POSITION, LF_INPUT_VIEW_DISTANCE, LF_INPUT_VIEW_OCCLUDER};
+    static const enum lf_net_input precise[] = {LF_INPUT_PIXEL_POSITION, LF_INPUT_PIXEL_DISTANCE,
+                                                LF_INPUT_VPL_OFFSET,     LF_INPUT_VPL_POSITION,
+                                                LF_INPUT_TEXEL_OFFSET,   LF_INPUT_TEXEL_POSITION,
+                                                LF_INPUT_VIEW_DISTANCE,  LF_INPUT_VIEW_SHADOW_DISTANCE};
     for (size_t i = 0; i < NG_COUNT(precise); i++)
         if (input->id == precise[i])
             return LF_F32;
@@ -513,7 +514,7 @@ void lf_sample_writer_destroy(struct lf_sample_writer **writer)
 }
 
 ng_result lf_sample_write(struct lf_sample_writer *writer, const struct lf_sample *sample,
-                          const struct lf_observation *observation, const struct lf_sample_params *params,
+                          const struct lf_captured_frame *observation, const struct lf_sample_params *params,
                           struct lf_tensors *out, double spent[LF_STAGES])
 {
     struct job job = {.writer = writer,

@@ -16,7 +16,7 @@ struct ng_jobs;
 NG_NODISCARD ng_result lf_sample_writer_create(struct lf_sample_writer **out);
 void lf_sample_writer_destroy(struct lf_sample_writer **writer);
 
-enum lf_stage { LF_STAGE_VARY, LF_STAGE_OBSERVE, LF_STAGE_ENCODE, LF_STAGE_TRACE, LF_STAGE_WRITE, LF_STAGES };
+enum lf_stage { LF_STAGE_VARY, LF_STAGE_CAPTURE, LF_STAGE_ENCODE, LF_STAGE_TRACE, LF_STAGE_WRITE, LF_STAGES };
 extern const char *const lf_stage_names[LF_STAGES]; // "vary", ...
 
 struct lf_sample_params {
@@ -39,7 +39,7 @@ double lf_sample_least_bytes(const struct lf_sample_params *params);
 // time of each stage, seconds, to `spent`. Errors, logged: NG_ERROR_FORMAT (a number that is not finite, with
 // tensor, pixel and seed), NG_ERROR_MEMORY.
 NG_NODISCARD ng_result lf_sample_write(struct lf_sample_writer *writer, const struct lf_sample *sample,
-                                       const struct lf_observation *observation,
+                                       const struct lf_captured_frame *observation,
                                        const struct lf_sample_params *params, struct lf_tensors *out,
                                        double spent[LF_STAGES]);
 

@@ -6,13 +6,16 @@
 #include "base/system.h"
 #include "lightformer/trace/tracer.h"
 
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 // Floats a pixel besides inputs and images of the network. Of the device: G-buffer, images of radiance, what
 // is composed of them, and their copies, 74; radiance as the network writes it, 9.
 #define FLOATS_A_PIXEL 83
 
-const struct ng_item_type lf_screen_item = {"screen", sizeof(struct lf_screen)};
+const struct ng_item_type lf_encoded_pixels_item = {"pixel clues", sizeof(struct lf_encoded_pixels)};
 const struct ng_item_type lf_embedding_item = {"embedding", sizeof(struct lf_embedding)};
 
 // ---- Objects ---------------------------------------------------------------------------------------------
@@ -26,7 +29,7 @@ ng_result lf_encoder_create(const struct lf_encoder_params *params, struct lf_en
     if (!self)
         return ng_out_of_memory("the encodings of lights");
     self->params = *params;
-    self->reads = lf_encode_reads(params->net);
+    self->reads = lf_clues_reads(params->net);
     for (int i = 0; i < LF_INPUT_COUNT; i++)
         self->gather |= (uint64_t)lf_net_gather_reads(params->executor, (enum lf_net_input)i) << i;
     ng_result result = lf_tracer_create(&self->tracer);
@@ -34,19 +37,17 @@ ng_result lf_encoder_create(const struct lf_encoder_params *params, struct lf_en
         lf_tracer_limit_memory(self->tracer, params->memory_limit);
         result = lf_pixel_clues_create(&self->pixels);
     }
-    if (result == NG_OK)
-        result = lf_view_memory_create(&self->view);
     if (result != NG_OK)
         lf_encoder_destroy(&self);
     *out = self;
     return result;
 }
 
-static void destroy_slot(struct lf_slot *slot)
+static void destroy_kept(struct lf_kept_light *kept)
 {
-    lf_net_encoding_destroy(&slot->encoding);
-    lf_light_clues_destroy(&slot->clues);
-    free(slot);
+    lf_net_encoding_destroy(&kept->encoding);
+    lf_light_clues_destroy(&kept->clues);
+    free(kept);
 }
 
 void lf_encoder_destroy(struct lf_encoder **encoder)
@@ -55,20 +56,14 @@ void lf_encoder_destroy(struct lf_encoder **encoder)
     *encoder = NULL;
     if (!self)
         return;
-    for (size_t i = 0; i < self->slots.count; i++)
-        destroy_slot(self->slots.items[i]);
-    ng_array_finish(&self->slots);
-    ng_array_finish(&self->shining);
+    for (size_t i = 0; i < self->kept.count; i++)
+        destroy_kept(self->kept.items[i]);
+    ng_array_finish(&self->kept);
+    ng_array_finish(&self->active);
     ng_array_finish(&self->clues);
-    lf_view_memory_destroy(&self->view);
     lf_pixel_clues_destroy(&self->pixels);
     lf_tracer_destroy(&self->tracer);
     free(self);
-}
-
-void lf_encoder_redo_always(struct lf_encoder *encoder, bool always)
-{
-    encoder->params.always = always;
 }
 
 struct lf_encoder_counters lf_encoder_counters_of(const struct lf_encoder *encoder)
@@ -76,74 +71,90 @@ struct lf_encoder_counters lf_encoder_counters_of(const struct lf_encoder *encod
     return encoder->counters;
 }
 
-static bool is_slot_of(const struct lf_slot *slot, const struct ng_snapshot_light *light)
+static bool is_kept(const struct lf_kept_light *kept, const struct ng_snapshot_light *light)
 {
-    return ng_entity_same(slot->entity, light->entity) && slot->type == light->source.type;
+    return ng_entity_same(kept->entity, light->entity) && kept->type == light->source.type;
 }
 
-static ng_result add_slot(struct lf_encoder *self, const struct ng_snapshot_light *light,
-                          struct lf_slot **out)
+static bool is_taken(const struct lf_encoder *self, const char *name)
 {
-    struct lf_slot *slot = calloc(1, sizeof *slot);
-    if (!slot)
+    for (size_t i = 0; i < self->kept.count; i++)
+        if (strcmp(self->kept.items[i]->name, name) == 0)
+            return true;
+    return false;
+}
+
+// `name`: the light's in this frame. One that had it before may still have buffers of that name.
+static void name_buffers(const struct lf_encoder *self, const char *name, struct lf_kept_light *kept)
+{
+    snprintf(kept->name, sizeof kept->name, "%s", name);
+    if (is_taken(self, name))
+        snprintf(kept->name, sizeof kept->name, "%s@%" PRIx64 "%.1s", name, kept->entity.id,
+                 kept->type->name);
+}
+
+static ng_result add_kept(struct lf_encoder *self, const struct ng_snapshot_light *light, const char *name,
+                          struct lf_kept_light **out)
+{
+    struct lf_kept_light *kept = calloc(1, sizeof *kept);
+    if (!kept)
         return ng_out_of_memory("the encoding of a light");
-    *slot = (struct lf_slot){.entity = light->entity, .type = light->source.type};
-    ng_result result = lf_light_clues_create(&slot->clues);
+    *kept = (struct lf_kept_light){.entity = light->entity, .type = light->source.type};
+    name_buffers(self, name, kept);
+    ng_result result = lf_light_clues_create(&kept->clues);
     if (result == NG_OK)
-        result = lf_net_encoding_create(self->params.executor, &slot->encoding);
-    if (result == NG_OK && !ng_array_push(&self->slots, slot))
+        result = lf_net_encoding_create(self->params.executor, &kept->encoding);
+    if (result == NG_OK && !ng_array_push(&self->kept, kept))
         result = ng_out_of_memory("the encoding of a light");
     if (result != NG_OK)
-        destroy_slot(slot);
+        destroy_kept(kept);
     else
-        *out = slot;
+        *out = kept;
     return result;
 }
 
-static ng_result find_slot(struct lf_encoder *self, const struct ng_snapshot_light *light,
-                           struct lf_slot **out)
+static ng_result find_kept(struct lf_encoder *self, const struct ng_snapshot_light *light, const char *name,
+                           struct lf_kept_light **out)
 {
-    for (size_t i = 0; i < self->slots.count; i++)
-        if (is_slot_of(self->slots.items[i], light)) {
-            *out = self->slots.items[i];
+    for (size_t i = 0; i < self->kept.count; i++)
+        if (is_kept(self->kept.items[i], light)) {
+            *out = self->kept.items[i];
             return NG_OK;
         }
-    return add_slot(self, light, out);
+    return add_kept(self, light, name, out);
 }
 
 // A light that is off may come back, one that is gone does not.
 static void drop_gone(struct lf_encoder *self, const struct ng_snapshot *s)
 {
-    for (size_t i = self->slots.count; i-- > 0;) {
+    for (size_t i = self->kept.count; i-- > 0;) {
         bool listed = false;
         for (uint32_t k = 0; k < s->light_count && !listed; k++)
-            listed = is_slot_of(self->slots.items[i], &s->lights[k]);
+            listed = is_kept(self->kept.items[i], &s->lights[k]);
         if (listed)
             continue;
-        destroy_slot(self->slots.items[i]);
-        ng_array_swap_remove(&self->slots, i);
+        destroy_kept(self->kept.items[i]);
+        ng_array_swap_remove(&self->kept, i);
     }
 }
 
 // ---- A frame ---------------------------------------------------------------------------------------------
 
-// Fills self->shining from the list of maps: it has all lights that shine, under names of their own.
+// Fills self->active from the list of maps: it has all lights that shine, under names of their own.
 static ng_result list_lights(struct lf_encoder *self, struct ng_composer *composer,
-                             const struct ng_frame_info *frame, uint64_t screen)
+                             const struct ng_frame_info *frame)
 {
     size_t count = ng_composer_count(composer, &ng_light_maps_item);
     drop_gone(self, frame->snapshot);
-    if (!ng_array_resize(&self->shining, count) || !ng_array_resize(&self->clues, count))
+    if (!ng_array_resize(&self->active, count) || !ng_array_resize(&self->clues, count))
         return ng_out_of_memory("the encodings of lights");
     for (size_t i = 0; i < count; i++) {
-        struct lf_shining *light = &self->shining.items[i];
-        *light = (struct lf_shining){.maps = ng_composer_get(composer, &ng_light_maps_item, i)};
-        NG_TRY(find_slot(self, &frame->snapshot->lights[light->maps->light], &light->slot));
-        light->rsm_key = lf_encoder_rsm_key(frame, light->maps->light);
-        light->points_key = lf_encoder_points_key(self, frame->snapshot, light);
-        light->view_key = ng_hash_combine(light->points_key, screen);
-        lf_light_clues_follow(light->slot->clues, frame->snapshot, light->maps->light);
-        self->clues.items[i] = light->slot->clues;
+        struct lf_active_light *light = &self->active.items[i];
+        *light = (struct lf_active_light){.maps = ng_composer_get(composer, &ng_light_maps_item, i)};
+        NG_TRY(
+            find_kept(self, &frame->snapshot->lights[light->maps->light], light->maps->name, &light->kept));
+        lf_light_clues_follow(light->kept->clues, frame->snapshot, light->maps->light);
+        self->clues.items[i] = light->kept->clues;
     }
     return NG_OK;
 }
@@ -152,15 +163,14 @@ static ng_result list_lights(struct lf_encoder *self, struct ng_composer *compos
 static uint64_t bytes_needed(const struct lf_encoder *self, const struct ng_frame_info *frame,
                              uint32_t lights)
 {
-    const struct lf_encode_bytes inputs =
-        lf_encode_bytes(frame->width, frame->height, self->params.mirror_rays);
-    uint64_t pixels = (uint64_t)frame->width * frame->height, kept = 0;
-    for (int i = 0; i < LF_INPUT_COUNT; i++)
-        if (lf_net_inputs[i].domain == LF_DOMAIN_VIEW && self->gather >> i & 1)
-            kept += lf_net_inputs[i].channels;
-    return pixels * (FLOATS_A_PIXEL + lights * kept) * sizeof(float) + inputs.pixels + inputs.view +
-           lights * inputs.light +
-           lf_net_executor_bytes(self->params.executor, frame->width, frame->height, lights);
+    uint32_t width = frame->width, height = frame->height, rays = self->params.reflection_rays;
+    const struct lf_clues_bytes clues = lf_clues_bytes(width, height, rays);
+    const struct lf_net_bytes net = lf_net_picture_bytes(self->params.executor, width, height);
+    uint64_t bytes = (uint64_t)width * height * FLOATS_A_PIXEL * sizeof(float) +
+                     lf_clues_view_bytes(width, height, rays) + net.work;
+    for (int i = 0; i < LF_PIXEL_PARTS; i++)
+        bytes += clues.pixels[i];
+    return bytes + lights * (lf_clues_kept_bytes(width, height, self->gather) + net.encoding + net.gather);
 }
 
 // Refuses, once, what would not fit; the next frame that does is drawn again. What was drawn before fits.
@@ -189,45 +199,56 @@ static ng_result check_memory(struct lf_encoder *self, const struct ng_frame_inf
     return NG_ERROR_MEMORY;
 }
 
-static ng_result publish(struct ng_composer *composer, const struct lf_encoder_inputs *in,
-                         struct ng_graph_ref powers)
+static ng_result publish(struct ng_composer *composer, const struct lf_encoder_inputs *in)
 {
     const struct lf_encoder *self = in->self;
-    const struct lf_screen screen = {.clues = self->pixels,
-                                     .width = in->frame->width,
-                                     .height = in->frame->height,
-                                     .version = in->powers_key,
-                                     .made = &self->powers_key,
-                                     .ready = powers};
-    NG_TRY(ng_composer_publish(composer, &lf_screen_item, &screen));
-    for (size_t i = 0; i < self->shining.count; i++) {
-        const struct lf_shining *light = &self->shining.items[i];
+    const struct lf_encoded_pixels pixels = {.clues = self->pixels,
+                                             .width = in->frame->width,
+                                             .height = in->frame->height,
+                                             .buffers = in->pixels,
+                                             .work = in->work,
+                                             .powers_key = lf_encoder_powers_key(in->frame->snapshot)};
+    NG_TRY(ng_composer_publish(composer, &lf_encoded_pixels_item, &pixels));
+    for (size_t i = 0; i < self->active.count; i++) {
+        const struct lf_active_light *light = &self->active.items[i];
         const struct lf_embedding embedding = {.light = light->maps->light,
-                                               .encoding = light->slot->encoding,
-                                               .clues = light->slot->clues,
-                                               .version = light->view_key,
-                                               .made = &light->slot->view_key,
-                                               .ready = light->token};
+                                               .encoding = light->kept->encoding,
+                                               .clues = light->kept->clues,
+                                               .buffers = light->buffers};
         NG_TRY(ng_composer_publish(composer, &lf_embedding_item, &embedding));
     }
     return NG_OK;
+}
+
+// Frames of another method leave what there is.
+static void keep(struct lf_encoder *self, struct ng_graph *graph, const struct ng_frame_info *frame)
+{
+    drop_gone(self, frame->snapshot);
+    self->active.count = 0;
+    struct ng_frame_info last = *frame;
+    last.width = self->width;
+    last.height = self->height;
+    if (self->width)
+        lf_encoder_keep(graph, &(struct lf_encoder_inputs){.self = self, .frame = &last});
 }
 
 static ng_result produce(struct ng_composer *composer, void *user)
 {
     struct lf_encoder *self = user;
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
-    if (!ng_frame_wants(frame, self->params.method))
+    if (!ng_frame_wants(frame, self->params.method)) {
+        keep(self, ng_composer_graph(composer), frame);
         return NG_OK;
-    uint64_t screen = lf_encoder_screen_key(self, frame);
+    }
+    self->width = frame->width;
+    self->height = frame->height;
     NG_TRY(check_memory(self, frame, (uint32_t)ng_composer_count(composer, &ng_light_maps_item)));
-    NG_TRY(list_lights(self, composer, frame, screen));
-    const struct lf_encoder_inputs in = {.self = self,
-                                         .frame = frame,
-                                         .gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0),
-                                         .screen_key = screen,
-                                         .powers_key = lf_encoder_powers_key(self, frame->snapshot, screen)};
-    return publish(composer, &in, lf_encoder_declare(ng_composer_graph(composer), &in));
+    NG_TRY(list_lights(self, composer, frame));
+    lf_clues_set_powers(frame->snapshot, self->pixels, self->clues.items, (uint32_t)self->clues.count);
+    struct lf_encoder_inputs in = {
+        .self = self, .frame = frame, .gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0)};
+    lf_encoder_declare(ng_composer_graph(composer), &in);
+    return publish(composer, &in);
 }
 
 struct ng_provider lf_encoder_provider(struct lf_encoder *encoder)

@@ -2,20 +2,24 @@
 // render graph and publishes what became of it.
 //
 //     trace:update            rays follow the snapshot
-//     screen                  what the camera sees, as the network takes it
-//     encode:<light>/rsm      direct VPLs, proxy, reflective shadow map        (lf_encode_light)
-//     powers                  what the lights' powers decide                   (lf_encode_powers)
-//     encode:<light>/points   the network on VPLs and texels                   (lf_net_encode_light)
-//     encode:<light>/clues    shading clues                                    (lf_encode_view)
+//     clues:pixels            what the camera sees, as the network takes it    (lf_clues_pixels)
+//     encode:<light>/rsm      direct VPLs, proxy, reflective shadow map        (lf_clues_light)
+//     clues:normalization     what the lights' powers decide                   (lf_clues_normalize)
+//     encode:<light>/light    the network on VPLs and texels                   (lf_net_encode_light)
+//     encode:<light>/clues    shading clues                                    (lf_clues_view)
 //     encode:<light>/view     the network on the clues: shadow U-Net and all   (lf_net_encode_view)
 //
-// The clues of a light are there for its view alone, in memory that all lights use in turn; what the gather
-// reads of them is kept.
+// All of it lies in buffers of the graph: "clues/pixels", "clues/grid", "clues/reflections" and
+// "clues/emission" of the picture; "encode:<light>/rsm", ".../light" (what the network makes of VPLs and
+// texels), ".../embedding" and
+// ".../kept" (what the gather reads of the clues) of each light; ".../clues" for the time of its view alone,
+// in memory that all lights use in turn.
 //
-// A part whose inputs have not changed (engine/README.md, "Light observation") is not declared: its last
-// result is published again, equal to what the part would make, bit for bit. So an unchanged light costs only
-// its share of the gather; where the camera moves, screen, clues and view are redone; the power of a light,
-// or its being on, redoes powers alone.
+// Every pass is declared in every frame, and the graph runs those whose keys say that something has changed
+// (graph/key.h; engine/README.md, "Light observation"). So an unchanged light costs only its share of the
+// gather; where the camera moves, the clues of pixels and of views are redone, and the views; the power of a
+// light, or its being on, redoes the normalization alone. What is not redone equals what would be made, bit
+// for bit.
 //
 //     NG_TRY(lf_encoder_create(&params, &encoder));
 //     struct ng_provider provider = lf_encoder_provider(encoder);
@@ -26,6 +30,7 @@
 #define LF_ENCODE_ENCODER_H
 
 #include "base/extern_c.h"
+#include "graph/graph.h"
 #include "graph/provider.h"
 #include "lightformer/clues/clues.h"
 
@@ -51,46 +56,64 @@ struct lf_encoder_params {
     struct ng_jobs *jobs;             // borrowed; null: the caller's thread alone
     const char *method;               // frames that want this method are encoded; borrowed
     enum lf_rsm_source rsm;
-    uint32_t vpl_count;   // of each light; 0: LF_VPL_COUNT
-    uint32_t mirror_rays; // of a picture (struct lf_encode_pixels_params)
+    uint32_t vpl_count;       // of each light; 0: LF_VPL_COUNT
+    uint32_t reflection_rays; // of a picture (struct lf_clues_pixels_params)
     // Bytes of inputs and encodings, and as many of what rays are traced through; 0: what the system has
     // left. A frame that needs more is refused.
     uint64_t memory_limit;
-    bool always; // redo everything in every frame (benchmarks, tests)
 };
 
 NG_NODISCARD ng_result lf_encoder_create(const struct lf_encoder_params *params, struct lf_encoder **out);
 void lf_encoder_destroy(struct lf_encoder **encoder);
-// Publishes lf_screen_item and, of each light that shines, lf_embedding_item, in frames that want the method.
+// Publishes lf_encoded_pixels_item and, of each light that shines, lf_embedding_item, in frames that want the
+// method.
 struct ng_provider lf_encoder_provider(struct lf_encoder *encoder);
-// From the next frame on, as params.always.
-void lf_encoder_redo_always(struct lf_encoder *encoder, bool always);
-
-// What the camera sees, one a frame. The ref orders passes: whoever uses the clues reads it as
-// NG_USE_HOST_READ, and then finds out whether they were made: a pass that failed leaves another version.
-struct lf_screen {
-    const struct lf_pixel_clues *clues;
-    uint32_t width, height;
-    uint64_t version;     // the same version: the same clues, and the same powers of all lights
-    const uint64_t *made; // what is there, once ready
-    struct ng_graph_ref ready;
+// Buffers of the graph that clues lie in; a zero ref: there is none.
+struct lf_pixel_buffers {
+    struct ng_graph_ref parts[LF_PIXEL_PARTS];
 };
-extern const struct ng_item_type lf_screen_item;
+struct lf_light_buffers {
+    struct ng_graph_ref rsm, light, embedding, kept;
+};
+// Where the executor works: scratch, which whoever runs it writes.
+struct lf_net_work {
+    struct ng_graph_ref memory;
+    bool fresh; // nothing has been laid out there
+};
+
+// What the camera sees, one a frame.
+struct lf_encoded_pixels {
+    struct lf_pixel_clues *clues;
+    uint32_t width, height;
+    struct lf_pixel_buffers buffers;
+    struct lf_net_work work;
+    uint64_t powers_key; // graph/key.h: of the powers of all lights, which are in no buffer
+};
+extern const struct ng_item_type lf_encoded_pixels_item;
 
 // A light that shines.
 struct lf_embedding {
     uint32_t light; // index in the snapshot
-    const struct lf_net_encoding *encoding;
-    const struct lf_light_clues *clues;
-    uint64_t version;          // the same version: the same encoding and clues
-    const uint64_t *made;      // as above
-    struct ng_graph_ref ready; // as above; zero: nothing of it is redone in this frame
+    struct lf_net_encoding *encoding;
+    struct lf_light_clues *clues;
+    struct lf_light_buffers buffers;
 };
 extern const struct ng_item_type lf_embedding_item;
 
+// For passes that use them: declares reads of all that a pixel's clues lie in, apart from what depends on
+// powers; and, inside of such a pass, lends the buffers to the objects that know what is in them.
+void lf_read_pixels(struct ng_pass *pass, const struct lf_pixel_buffers *buffers);
+void lf_lend_pixels(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
+                    struct lf_pixel_clues *clues);
+void lf_lend_emission(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
+                      struct lf_pixel_clues *clues);
+// `fresh`: nothing has been laid out there.
+void lf_lend_embedding(const struct ng_pass_context *ctx, const struct lf_light_buffers *buffers, bool fresh,
+                       struct lf_light_clues *clues, struct lf_net_encoding *encoding);
+
 // How often each part has been made so far, over all lights.
 struct lf_encoder_counters {
-    uint64_t trace, screen, powers, rsm, points, clues, view;
+    uint64_t trace, pixels, normalization, rsm, light, clues, view;
 };
 struct lf_encoder_counters lf_encoder_counters_of(const struct lf_encoder *encoder);
 

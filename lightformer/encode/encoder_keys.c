@@ -1,7 +1,7 @@
-// What each part of an encoding depends on: hashes of all that it is made from.
+// What each pass depends on besides what it reads.
 #include "lightformer/encode/encoder_internal.h"
 
-#include "base/hash.h"
+#include "graph/key.h"
 #include "render/light_gpu.h"
 #include "render/scene_gpu.h"
 
@@ -13,12 +13,7 @@ static bool reads(const struct lf_encoder *self, enum lf_net_input input)
     return self->reads >> input & 1;
 }
 
-static uint64_t nonzero(uint64_t hash)
-{
-    return hash ? hash : 1;
-}
-
-uint64_t lf_encoder_screen_key(const struct lf_encoder *self, const struct ng_frame_info *frame)
+uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_frame_info *frame)
 {
     const struct ng_snapshot *s = frame->snapshot;
     const float numbers[] = {s->camera.fov_y,       s->camera.near_plane,  s->scene_radius,
@@ -26,17 +21,15 @@ uint64_t lf_encoder_screen_key(const struct lf_encoder *self, const struct ng_fr
                              s->camera.position[0], s->camera.position[1], s->camera.position[2],
                              s->place_size};
     const uint64_t words[] = {s->geometry_version, frame->width, frame->height};
-    uint64_t hash = ng_hash_bytes(0, words, sizeof words);
-    hash = ng_hash_bytes(hash, numbers, sizeof numbers);
-    hash = ng_hash_bytes(hash, s->camera.view, sizeof s->camera.view);
-    if (reads(self, LF_INPUT_PIXEL_MIRROR_EMISSION))
-        hash = ng_hash_combine(hash, s->emission_version);
-    return nonzero(hash);
+    uint64_t key = ng_key_add_bytes(NG_KEY, words, sizeof words);
+    key = ng_key_add_bytes(key, numbers, sizeof numbers);
+    key = ng_key_add_bytes(key, s->camera.view, sizeof s->camera.view);
+    return reads(self, LF_INPUT_PIXEL_REFLECTION_EMISSION) ? ng_key_add(key, s->emission_version) : key;
 }
 
 // What rays into a view may meet. Those of a perspective begin at the light, not at its near plane.
-static uint64_t hash_met(const struct ng_frame_info *frame, const struct ng_light_gpu *l, uint32_t view,
-                         uint32_t light)
+static uint64_t key_of_view(const struct ng_frame_info *frame, const struct ng_light_gpu *l, uint32_t view,
+                            uint32_t light)
 {
     float m[16];
     memcpy(m, l->rsm_views[view].view_projection, sizeof m);
@@ -45,40 +38,41 @@ static uint64_t hash_met(const struct ng_frame_info *frame, const struct ng_ligh
     return ng_scene_gpu_seen(frame->scene, m, light);
 }
 
-uint64_t lf_encoder_rsm_key(const struct ng_frame_info *frame, uint32_t light)
+uint64_t lf_encoder_rsm_key(const struct ng_frame_info *frame, const struct lf_active_light *light)
 {
     const struct ng_snapshot *s = frame->snapshot;
-    struct ng_snapshot_light unit = s->lights[light];
-    ng_light_unit(&s->lights[light].source, &unit.source);
+    uint32_t index = light->maps->light;
+    struct ng_snapshot_light unit = s->lights[index];
+    ng_light_unit(&s->lights[index].source, &unit.source);
     struct ng_snapshot alone = *s;
     alone.lights = &unit;
     alone.light_count = 1;
     struct ng_light_gpu views;
     ng_light_gpu_observe(&alone, 0, 1, INFINITY, &views);
 
-    uint64_t hash = ng_hash_bytes(unit.unit_version, &s->place_size, sizeof s->place_size);
+    // Buffers belong to a name, and what they refer to belongs to a light.
+    uint64_t key = ng_key_add_bytes(NG_KEY, light->kept->type->name, strlen(light->kept->type->name));
+    key = ng_key_add(ng_key_add(key, unit.entity.id), unit.unit_version);
+    const float space[] = {s->scene_radius, s->scene_center[0], s->scene_center[1], s->scene_center[2],
+                           s->place_size};
+    key = ng_key_add_bytes(key, space, sizeof space);
     for (uint32_t v = 0; v < views.rsm_view_count; v++)
-        hash = ng_hash_combine(hash, hash_met(frame, &views, v, light));
-    return nonzero(hash);
+        key = ng_key_add(key, key_of_view(frame, &views, v, index));
+    return key;
 }
 
-uint64_t lf_encoder_points_key(const struct lf_encoder *self, const struct ng_snapshot *s,
-                               const struct lf_shining *light)
+uint64_t lf_encoder_light_key(const struct lf_encoder *self, const struct ng_snapshot *s, uint32_t light)
 {
-    uint64_t hash = light->rsm_key;
+    uint64_t key = NG_KEY;
     if (reads(self, LF_INPUT_LIGHT_POWER))
-        hash = ng_hash_combine(hash, s->lights[light->maps->light].version);
-    for (uint32_t i = 0; i < s->light_count && reads(self, LF_INPUT_FRAME_MEAN_POWER); i++)
-        hash = ng_hash_bytes(hash, &s->lights[i].power, sizeof s->lights[i].power);
-    return nonzero(hash);
+        key = ng_key_add(key, s->lights[light].version);
+    return reads(self, LF_INPUT_FRAME_MEAN_POWER) ? ng_key_add(key, lf_encoder_powers_key(s)) : key;
 }
 
-uint64_t lf_encoder_powers_key(const struct lf_encoder *self, const struct ng_snapshot *s, uint64_t screen)
+uint64_t lf_encoder_powers_key(const struct ng_snapshot *s)
 {
-    uint64_t hash = screen;
+    uint64_t key = NG_KEY;
     for (uint32_t i = 0; i < s->light_count; i++)
-        hash = ng_hash_bytes(hash, &s->lights[i].power, sizeof s->lights[i].power);
-    for (size_t i = 0; i < self->shining.count; i++)
-        hash = ng_hash_combine(hash, self->shining.items[i].points_key);
-    return nonzero(hash);
+        key = ng_key_add_bytes(key, &s->lights[i].power, sizeof s->lights[i].power);
+    return key;
 }

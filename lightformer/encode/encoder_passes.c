@@ -1,124 +1,144 @@
-// The passes: what each does, and which of them a frame needs.
+// The buffers and passes of a frame. All are declared in every frame; their keys (graph/key.h) tell the graph
+// which have to run.
 //
-// The encodings themselves live on the host and are no resources of the graph. One small buffer for each
-// light, and one for each other pass, stands for them: so the graph knows the order, and leaves out what
-// nobody gathers.
+// The objects of clues.h and net.h hold what their arrays mean, and the graph's buffers hold the arrays:
+// every pass lends them to the objects before it uses them.
 #include "lightformer/encode/encoder_internal.h"
 
+#include "graph/key.h"
 #include "lightformer/trace/tracer.h"
 #include "render/light_gpu.h"
 
 #include <stdio.h>
+#include <string.h>
 
 // ---- What they do ----------------------------------------------------------------------------------------
 
 struct pass_data {
     struct lf_encoder_inputs in;
-    struct lf_shining light;
+    struct lf_active_light light;
 };
 
-static struct lf_encode_scene scene_of(const struct lf_encoder *self)
+static struct lf_clues_scene scene_of(const struct lf_encoder *self)
 {
-    return (struct lf_encode_scene){
-        .tracer = self->tracer, .jobs = self->params.jobs, .reads = self->reads, .view = self->view};
+    return (struct lf_clues_scene){.tracer = self->tracer, .jobs = self->params.jobs, .reads = self->reads};
 }
 
 static ng_result update_trace(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     d->in.self->counters.trace++;
-    NG_TRY(lf_tracer_update(d->in.self->tracer, d->in.frame->snapshot));
-    d->in.self->traced = true;
-    return NG_OK;
+    return lf_tracer_update(d->in.self->tracer, d->in.frame->snapshot);
 }
 
-// A pass whose input failed, which that one logged, fails too: it must not leave its key behind.
-static ng_result need(bool made)
+static const void *memory_of(const struct ng_pass_context *ctx, struct ng_graph_ref ref)
 {
-    return made ? NG_OK : NG_ERROR_NOT_FOUND;
+    return ng_pass_memory(ctx, ref).data;
 }
 
-static const void *pixels_of(const struct ng_pass_context *ctx, struct ng_graph_ref image)
+static void lend_part(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
+                      enum lf_pixel_part part, struct lf_pixel_clues *clues)
 {
-    return ng_pass_memory(ctx, image).data;
+    struct ng_graph_memory m = ng_pass_memory(ctx, buffers->parts[part]);
+    lf_pixel_clues_lend(clues, part, m.data, m.size);
 }
 
-static ng_result see_screen(const struct ng_pass_context *ctx)
+void lf_lend_pixels(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
+                    struct lf_pixel_clues *clues)
+{
+    for (int i = 0; i < LF_PIXEL_EMISSION; i++)
+        lend_part(ctx, buffers, (enum lf_pixel_part)i, clues);
+}
+
+void lf_lend_emission(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
+                      struct lf_pixel_clues *clues)
+{
+    if (buffers->parts[LF_PIXEL_EMISSION].id)
+        lend_part(ctx, buffers, LF_PIXEL_EMISSION, clues);
+}
+
+static void lend_light(const struct ng_pass_context *ctx, enum lf_light_part part, struct ng_graph_ref ref,
+                       struct lf_light_clues *clues)
+{
+    struct ng_graph_memory m = ng_pass_memory(ctx, ref);
+    lf_light_clues_lend(clues, part, m.data, m.size);
+}
+
+void lf_lend_embedding(const struct ng_pass_context *ctx, const struct lf_light_buffers *b, bool fresh,
+                       struct lf_light_clues *clues, struct lf_net_encoding *encoding)
+{
+    struct ng_graph_memory pictures = ng_pass_memory(ctx, b->embedding);
+    lf_net_encoding_lend_light(encoding, ng_pass_memory(ctx, b->light).data);
+    lf_net_encoding_lend(encoding, pictures.data, pictures.size, fresh);
+    if (b->kept.id)
+        lend_light(ctx, LF_LIGHT_KEPT, b->kept, clues);
+}
+
+static ng_result find_pixel_clues(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     struct lf_encoder *self = d->in.self;
-    struct lf_encode_scene scene = scene_of(self);
-    const struct lf_encode_pixels_params params = {
-        .gbuffer = {.position = pixels_of(ctx, d->in.gbuffer->position),
-                    .normal = pixels_of(ctx, d->in.gbuffer->normal),
-                    .diffuse = pixels_of(ctx, d->in.gbuffer->diffuse),
-                    .specular = pixels_of(ctx, d->in.gbuffer->specular)},
+    struct lf_clues_scene scene = scene_of(self);
+    const struct lf_clues_pixels_params params = {
+        .gbuffer = {.position = memory_of(ctx, d->in.gbuffer->position),
+                    .normal = memory_of(ctx, d->in.gbuffer->normal),
+                    .diffuse = memory_of(ctx, d->in.gbuffer->diffuse),
+                    .specular = memory_of(ctx, d->in.gbuffer->specular)},
         .width = d->in.frame->width,
         .height = d->in.frame->height,
-        .mirror_rays = self->params.mirror_rays,
+        .reflection_rays = self->params.reflection_rays,
     };
-    self->counters.screen++;
-    self->screen_key = 0;
-    NG_TRY(need(self->traced));
-    NG_TRY(lf_encode_pixels(&scene, &params, self->pixels));
-    self->screen_key = d->in.screen_key;
-    return NG_OK;
+    self->counters.pixels++;
+    lf_lend_pixels(ctx, &d->in.pixels, self->pixels);
+    return lf_clues_pixels(&scene, &params, self->pixels);
+}
+
+static ng_result find_emission(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    struct lf_encoder *self = d->in.self;
+    self->counters.normalization++;
+    lf_lend_pixels(ctx, &d->in.pixels, self->pixels);
+    lf_lend_emission(ctx, &d->in.pixels, self->pixels);
+    return lf_clues_normalize(self->pixels);
 }
 
 // Where the maps of this frame lie; their memory is another in each frame.
-static const struct lf_light_observation *observe_maps(const struct ng_pass_context *ctx,
-                                                       const struct lf_shining *light)
+static const struct lf_captured_light *captured_maps(const struct ng_pass_context *ctx,
+                                                     const struct lf_active_light *light)
 {
     const struct ng_light_maps *maps = light->maps;
-    light->slot->maps = (struct lf_light_observation){
+    light->kept->maps = (struct lf_captured_light){
         .light = maps->light,
         .data = maps->gpu->data,
         .rsm_views = maps->rsm_views,
-        .position = pixels_of(ctx, maps->position),
-        .normal = pixels_of(ctx, maps->normal),
-        .flux = pixels_of(ctx, maps->flux),
+        .position = memory_of(ctx, maps->position),
+        .normal = memory_of(ctx, maps->normal),
+        .flux = memory_of(ctx, maps->flux),
         .depth_views = maps->depth_views,
         .face_size = maps->face_size,
-        .depth = pixels_of(ctx, maps->depth),
+        .depth = memory_of(ctx, maps->depth),
     };
-    return &light->slot->maps;
+    return &light->kept->maps;
 }
 
-static ng_result observe_light(const struct ng_pass_context *ctx)
+static ng_result find_light_clues(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     const struct lf_encoder_params *p = &d->in.self->params;
-    struct lf_slot *slot = d->light.slot;
-    struct lf_encode_scene scene = scene_of(d->in.self);
-    struct lf_encode_light_params params = {.vpl_count = p->vpl_count};
+    struct lf_clues_scene scene = scene_of(d->in.self);
+    struct lf_clues_light_params params = {.vpl_count = p->vpl_count};
     if (p->rsm == LF_RSM_MAPS)
-        params.maps = observe_maps(ctx, &d->light);
+        params.maps = captured_maps(ctx, &d->light);
     d->in.self->counters.rsm++;
-    slot->rsm_key = 0;
-    NG_TRY(need(d->in.self->traced));
-    NG_TRY(lf_encode_light(&scene, d->light.maps->light, &params, slot->clues));
-    slot->rsm_key = d->light.rsm_key;
-    return NG_OK;
-}
-
-static ng_result weigh_powers(const struct ng_pass_context *ctx)
-{
-    const struct pass_data *d = ctx->data;
-    struct lf_encoder *self = d->in.self;
-    self->counters.powers++;
-    self->powers_key = 0;
-    NG_TRY(need(self->screen_key == d->in.screen_key));
-    for (size_t i = 0; i < self->shining.count; i++)
-        NG_TRY(need(self->shining.items[i].slot->rsm_key == self->shining.items[i].rsm_key));
-    lf_encode_powers(d->in.frame->snapshot, self->pixels, self->clues.items, (uint32_t)self->clues.count);
-    self->powers_key = d->in.powers_key;
-    return NG_OK;
+    lend_light(ctx, LF_LIGHT_RSM, d->light.buffers.rsm, d->light.kept->clues);
+    return lf_clues_light(&scene, d->light.maps->light, &params, d->light.kept->clues);
 }
 
 // The values of the frame and of the light side by side: the network takes them as one.
-static struct lf_net_values join_values(const struct lf_encoder *self, const struct lf_slot *slot)
+static struct lf_net_values join_values(const struct lf_encoder *self, const struct lf_kept_light *kept)
 {
-    struct lf_net_values joined = *lf_light_clues_values(slot->clues);
+    struct lf_net_values joined = *lf_light_clues_values(kept->clues);
     const struct lf_net_values *pixels = lf_pixel_clues_values(self->pixels);
     for (int i = 0; i < LF_INPUT_COUNT; i++)
         if (lf_net_inputs[i].domain == LF_DOMAIN_FRAME)
@@ -126,224 +146,270 @@ static struct lf_net_values join_values(const struct lf_encoder *self, const str
     return joined;
 }
 
-static ng_result encode_points(const struct ng_pass_context *ctx)
+static ng_result encode_light(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
-    struct lf_slot *slot = d->light.slot;
-    const struct lf_net_values values = join_values(d->in.self, slot);
+    struct lf_kept_light *kept = d->light.kept;
+    lend_light(ctx, LF_LIGHT_RSM, d->light.buffers.rsm, kept->clues);
+    lf_net_encoding_lend_light(kept->encoding, ng_pass_memory(ctx, d->light.buffers.light).data);
+    const struct lf_net_values values = join_values(d->in.self, kept);
     const struct lf_net_light_inputs inputs = {.values = &values,
-                                               .vpl_count = lf_light_clues_vpls(slot->clues),
-                                               .texel_count = lf_light_clues_texels(slot->clues)};
-    d->in.self->counters.points++;
-    slot->points_key = 0;
-    NG_TRY(need(slot->rsm_key == d->light.rsm_key && d->in.self->powers_key == d->in.powers_key));
-    NG_TRY(lf_net_encode_light(d->in.self->params.executor, slot->encoding, &inputs));
-    slot->points_key = d->light.points_key;
-    return NG_OK;
+                                               .vpl_count = lf_light_clues_vpls(kept->clues),
+                                               .texel_count = lf_light_clues_texels(kept->clues)};
+    d->in.self->counters.light++;
+    return lf_net_encode_light(d->in.self->params.executor, kept->encoding, &inputs);
 }
 
-static ng_result find_clues(const struct ng_pass_context *ctx)
+static ng_result find_view_clues(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
-    struct lf_slot *slot = d->light.slot;
-    struct lf_encode_scene scene = scene_of(d->in.self);
+    struct lf_clues_scene scene = scene_of(d->in.self);
+    struct lf_light_clues *clues = d->light.kept->clues;
     if (d->in.self->params.rsm == LF_RSM_MAPS)
-        (void)observe_maps(ctx, &d->light);
+        (void)captured_maps(ctx, &d->light);
     d->in.self->counters.clues++;
-    d->in.self->viewed = NULL;
-    NG_TRY(need(d->in.self->traced && slot->rsm_key == d->light.rsm_key &&
-                d->in.self->screen_key == d->in.screen_key));
-    NG_TRY(lf_encode_view(&scene, d->in.self->pixels, slot->clues));
-    d->in.self->viewed = slot;
-    return NG_OK;
+    lf_lend_pixels(ctx, &d->in.pixels, d->in.self->pixels);
+    lend_light(ctx, LF_LIGHT_RSM, d->light.buffers.rsm, clues);
+    lend_light(ctx, LF_LIGHT_VIEW, d->light.clues, clues);
+    return lf_clues_view(&scene, d->in.self->pixels, clues);
 }
 
 static ng_result encode_view(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
-    struct lf_slot *slot = d->light.slot;
+    struct lf_encoder *self = d->in.self;
+    struct lf_kept_light *kept = d->light.kept;
     const struct lf_net_picture frame = {.width = d->in.frame->width,
                                          .height = d->in.frame->height,
-                                         .values = lf_pixel_clues_values(d->in.self->pixels)};
-    d->in.self->counters.view++;
-    slot->view_key = 0;
-    NG_TRY(need(slot->points_key == d->light.points_key && d->in.self->viewed == slot));
-    NG_TRY(lf_net_encode_view(d->in.self->params.executor, slot->encoding, &frame,
-                              lf_light_clues_values(slot->clues)));
-    NG_TRY(lf_light_clues_keep(slot->clues, d->in.self->gather));
-    slot->view_key = d->light.view_key;
-    return NG_OK;
+                                         .values = lf_pixel_clues_values(self->pixels)};
+    struct ng_graph_memory work = ng_pass_memory(ctx, d->in.work.memory);
+    self->counters.view++;
+    lf_lend_pixels(ctx, &d->in.pixels, self->pixels);
+    lf_lend_embedding(ctx, &d->light.buffers, d->light.fresh, kept->clues, kept->encoding);
+    lf_net_executor_lend(self->params.executor, work.data, work.size, d->in.work.fresh);
+    NG_TRY(lf_net_encode_view(self->params.executor, kept->encoding, &frame,
+                              lf_light_clues_values(kept->clues)));
+    return lf_light_clues_keep(kept->clues, self->gather);
 }
 
-// ---- How they are declared --------------------------------------------------------------------------------
+// ---- Buffers ---------------------------------------------------------------------------------------------
 
-// A frame under declaration. Tokens are zero where nothing is redone.
+static struct ng_graph_ref persistent(struct ng_graph *g, const char *group, const char *what, uint64_t bytes,
+                                      bool *valid)
+{
+    char name[160];
+    snprintf(name, sizeof name, "%s/%s", group, what);
+    return ng_graph_persistent_buffer(g, name, &(struct ng_graph_buffer_params){.size = bytes}, valid);
+}
+
+static void declare_light_buffers(struct ng_graph *g, const struct lf_encoder_inputs *in, const char *light,
+                                  uint32_t views, struct lf_light_buffers *out, bool *valid)
+{
+    const struct lf_encoder *self = in->self;
+    uint32_t width = in->frame->width, height = in->frame->height;
+    const struct lf_net_bytes net = lf_net_picture_bytes(self->params.executor, width, height);
+    uint64_t kept = lf_clues_kept_bytes(width, height, self->gather);
+    char group[96];
+    snprintf(group, sizeof group, "encode:%s", light);
+    out->rsm = persistent(g, group, "rsm", lf_clues_rsm_bytes(self->params.vpl_count, views), NULL);
+    out->light = persistent(g, group, "light", net.light, NULL);
+    out->embedding = persistent(g, group, "embedding", net.encoding, valid);
+    if (kept)
+        out->kept = persistent(g, group, "kept", kept, NULL);
+}
+
+static bool is_active(const struct lf_encoder *self, const struct lf_kept_light *kept)
+{
+    for (size_t i = 0; i < self->active.count; i++)
+        if (self->active.items[i].kept == kept)
+            return true;
+    return false;
+}
+
+// What is off may come on again: its buffers live as long as they are declared.
+static void keep_dark_lights(struct ng_graph *g, const struct lf_encoder_inputs *in)
+{
+    struct lf_encoder *self = in->self;
+    for (size_t i = 0; i < self->kept.count; i++) {
+        struct lf_light_buffers buffers;
+        bool valid;
+        if (!is_active(self, self->kept.items[i]))
+            declare_light_buffers(g, in, self->kept.items[i]->name, self->kept.items[i]->views, &buffers,
+                                  &valid);
+    }
+}
+
+static void declare_buffers(struct ng_graph *g, struct lf_encoder_inputs *in)
+{
+    static const char *const parts[LF_PIXEL_PARTS] = {"pixels", "grid", "reflections", "emission"};
+    struct lf_encoder *self = in->self;
+    uint32_t width = in->frame->width, height = in->frame->height;
+    const struct lf_clues_bytes bytes = lf_clues_bytes(width, height, self->params.reflection_rays);
+    const struct lf_net_bytes net = lf_net_picture_bytes(self->params.executor, width, height);
+    bool valid;
+    for (int i = 0; i < LF_PIXEL_PARTS; i++)
+        if (i != LF_PIXEL_EMISSION || self->reads >> LF_INPUT_PIXEL_REFLECTION_EMISSION & 1)
+            in->pixels.parts[i] = persistent(g, "clues", parts[i], bytes.pixels[i], NULL);
+    in->work.memory = ng_graph_persistent_buffer(
+        g, "network/work",
+        &(struct ng_graph_buffer_params){.size = net.work ? net.work : 64, .scratch = true}, &valid);
+    in->work.fresh = !valid;
+    for (size_t i = 0; i < self->active.count; i++) {
+        struct lf_active_light *light = &self->active.items[i];
+        struct lf_kept_light *kept = light->kept;
+        kept->views = light->maps->rsm_views;
+        declare_light_buffers(g, in, kept->name, kept->views, &light->buffers, &valid);
+        light->fresh = !valid;
+    }
+    keep_dark_lights(g, in);
+}
+
+// ---- Passes ----------------------------------------------------------------------------------------------
+
 struct declaration {
     struct ng_graph *graph;
-    struct pass_data data;
-    struct ng_graph_ref trace, screen, powers;
-    struct ng_graph_ref view; // the memory that all lights use: one after another
+    struct lf_encoder_inputs *in;
+    struct lf_active_light *light; // of the passes of a light
 };
 
-static struct ng_pass *add_pass(struct declaration *d, const char *name, ng_pass_fn run)
+static struct ng_pass *add_pass(const struct declaration *d, const char *name, ng_pass_fn run, uint64_t key)
 {
-    return ng_graph_add_pass(
-        d->graph,
-        &(struct ng_pass_params){
-            .name = name, .kind = NG_PASS_CPU, .run = run, .data = &d->data, .data_size = sizeof d->data});
+    const struct pass_data data = {.in = *d->in, .light = d->light ? *d->light : (struct lf_active_light){0}};
+    return ng_graph_add_pass(d->graph, &(struct ng_pass_params){.name = name,
+                                                                .kind = NG_PASS_CPU,
+                                                                .run = run,
+                                                                .data = &data,
+                                                                .data_size = sizeof data,
+                                                                .key = key});
 }
 
-static struct ng_pass *add_light_pass(struct declaration *d, const char *what, ng_pass_fn run)
-{
-    char name[160];
-    snprintf(name, sizeof name, "encode:%s/%s", d->data.light.maps->name, what);
-    return add_pass(d, name, run);
-}
-
-static void wait_for(struct ng_pass *pass, struct ng_graph_ref token)
-{
-    if (token.id)
-        ng_pass_read(pass, token, NG_USE_HOST_READ);
-}
-
-// The pass leaves its mark: what it made is there once the returned token can be read.
-static struct ng_graph_ref mark(struct declaration *d, struct ng_pass *pass, struct ng_graph_ref token,
-                                const char *name)
-{
-    if (token.id)
-        return ng_pass_write(pass, token, NG_USE_HOST_READ_WRITE);
-    token = ng_graph_add_buffer(d->graph, name, &(struct ng_graph_buffer_params){.size = sizeof(uint32_t)});
-    return ng_pass_write(pass, token, NG_USE_HOST_WRITE);
-}
-
-static void mark_light(struct declaration *d, struct ng_pass *pass)
+static struct ng_pass *add_light_pass(const struct declaration *d, const char *what, ng_pass_fn run,
+                                      uint64_t key)
 {
     char name[160];
-    snprintf(name, sizeof name, "encode:%s", d->data.light.maps->name);
-    d->data.light.token = mark(d, pass, d->data.light.token, name);
+    snprintf(name, sizeof name, "encode:%s/%s", d->light->maps->name, what);
+    return add_pass(d, name, run, key);
 }
 
+static void read(struct ng_pass *pass, struct ng_graph_ref ref)
+{
+    if (ref.id)
+        ng_pass_read(pass, ref, NG_USE_HOST_READ);
+}
+
+static void write(struct ng_pass *pass, struct ng_graph_ref *ref)
+{
+    if (ref->id)
+        *ref = ng_pass_write(pass, *ref, NG_USE_HOST_WRITE);
+}
+
+void lf_read_pixels(struct ng_pass *pass, const struct lf_pixel_buffers *buffers)
+{
+    for (int i = 0; i < LF_PIXEL_EMISSION; i++)
+        read(pass, buffers->parts[i]);
+}
+
+// The key of the pass says what of the maps matters: not how bright the light is.
 static void read_maps(const struct declaration *d, struct ng_pass *pass)
 {
-    const struct ng_light_maps *maps = d->data.light.maps;
-    if (d->data.in.self->params.rsm != LF_RSM_MAPS)
-        return;
-    ng_pass_read(pass, maps->position, NG_USE_HOST_READ);
-    ng_pass_read(pass, maps->normal, NG_USE_HOST_READ);
-    ng_pass_read(pass, maps->flux, NG_USE_HOST_READ);
-    ng_pass_read(pass, maps->depth, NG_USE_HOST_READ);
+    const struct ng_light_maps *maps = d->light->maps;
+    const struct ng_graph_ref images[] = {maps->position, maps->normal, maps->flux, maps->depth};
+    for (size_t i = 0; d->in->self->params.rsm == LF_RSM_MAPS && i < NG_COUNT(images); i++)
+        ng_pass_read_as(pass, images[i], NG_USE_HOST_READ, NG_KEY);
 }
 
 static void declare_trace(struct declaration *d)
 {
-    d->trace = mark(d, add_pass(d, "trace:update", update_trace), (struct ng_graph_ref){0}, "trace:scene");
+    d->in->rays = ng_graph_add_token(d->graph, "trace:scene");
+    write(add_pass(d, "trace:update", update_trace, 0), &d->in->rays);
 }
 
-static void declare_screen(struct declaration *d)
+static void declare_pixel_clues(struct declaration *d)
 {
-    struct ng_pass *pass = add_pass(d, "screen", see_screen);
-    wait_for(pass, d->trace);
-    const struct ng_gbuffer *g = d->data.in.gbuffer;
+    const struct ng_gbuffer *g = d->in->gbuffer;
     const struct ng_graph_ref images[] = {g->position, g->normal, g->diffuse, g->specular};
+    struct ng_pass *pass =
+        add_pass(d, "clues:pixels", find_pixel_clues, lf_encoder_pixels_key(d->in->self, d->in->frame));
+    read(pass, d->in->rays);
     for (size_t i = 0; i < NG_COUNT(images); i++)
-        ng_pass_read(pass, images[i], NG_USE_HOST_READ);
-    d->screen = mark(d, pass, (struct ng_graph_ref){0}, "screen");
+        ng_pass_read_as(pass, images[i], NG_USE_HOST_READ, NG_KEY); // the key of the pass holds all of it
+    for (int i = 0; i < LF_PIXEL_EMISSION; i++)
+        write(pass, &d->in->pixels.parts[i]);
+}
+
+// The last on these planes, since it alone depends on powers.
+static void declare_emission(struct declaration *d)
+{
+    struct ng_graph_ref *emission = &d->in->pixels.parts[LF_PIXEL_EMISSION];
+    if (!emission->id)
+        return;
+    struct ng_pass *pass =
+        add_pass(d, "clues:normalization", find_emission, lf_encoder_powers_key(d->in->frame->snapshot));
+    lf_read_pixels(pass, &d->in->pixels);
+    write(pass, emission);
 }
 
 static void declare_rsm(struct declaration *d)
 {
-    struct ng_pass *pass = add_light_pass(d, "rsm", observe_light);
-    wait_for(pass, d->trace);
+    struct ng_pass *pass =
+        add_light_pass(d, "rsm", find_light_clues, lf_encoder_rsm_key(d->in->frame, d->light));
+    read(pass, d->in->rays);
     read_maps(d, pass);
-    mark_light(d, pass);
+    write(pass, &d->light->buffers.rsm);
 }
 
-static void declare_powers(struct declaration *d)
+static void declare_light(struct declaration *d)
 {
-    struct lf_encoder *self = d->data.in.self;
-    struct ng_pass *pass = add_pass(d, "powers", weigh_powers);
-    wait_for(pass, d->screen);
-    for (size_t i = 0; i < self->shining.count; i++)
-        wait_for(pass, self->shining.items[i].token);
-    d->powers = mark(d, pass, (struct ng_graph_ref){0}, "powers");
-}
-
-static void declare_points(struct declaration *d)
-{
-    struct ng_pass *pass = add_light_pass(d, "points", encode_points);
-    wait_for(pass, d->powers);
-    mark_light(d, pass);
+    struct ng_pass *pass =
+        add_light_pass(d, "light", encode_light,
+                       lf_encoder_light_key(d->in->self, d->in->frame->snapshot, d->light->maps->light));
+    read(pass, d->light->buffers.rsm);
+    write(pass, &d->light->buffers.light);
 }
 
 static void declare_clues(struct declaration *d)
 {
-    struct ng_pass *pass = add_light_pass(d, "clues", find_clues);
-    wait_for(pass, d->trace);
-    wait_for(pass, d->screen);
+    char name[160];
+    uint64_t bytes =
+        lf_clues_view_bytes(d->in->frame->width, d->in->frame->height, d->in->self->params.reflection_rays);
+    snprintf(name, sizeof name, "encode:%s/clues", d->light->kept->name);
+    d->light->clues = ng_graph_add_buffer(d->graph, name, &(struct ng_graph_buffer_params){.size = bytes});
+    struct ng_pass *pass = add_light_pass(d, "clues", find_view_clues, NG_KEY);
+    read(pass, d->in->rays);
+    lf_read_pixels(pass, &d->in->pixels);
+    read(pass, d->light->buffers.rsm);
     read_maps(d, pass);
-    d->view = mark(d, pass, d->view, "encode:view memory");
-    mark_light(d, pass);
+    write(pass, &d->light->clues);
 }
 
 static void declare_view(struct declaration *d)
 {
-    struct ng_pass *pass = add_light_pass(d, "view", encode_view);
-    wait_for(pass, d->powers);
-    wait_for(pass, d->screen);
-    wait_for(pass, d->view);
-    mark_light(d, pass);
+    struct ng_pass *pass = add_light_pass(d, "view", encode_view, NG_KEY);
+    lf_read_pixels(pass, &d->in->pixels);
+    read(pass, d->light->clues);
+    read(pass, d->light->buffers.light);
+    write(pass, &d->in->work.memory);
+    write(pass, &d->light->buffers.embedding);
+    write(pass, &d->light->buffers.kept);
 }
 
-// Whether rays are needed.
-static bool any_traced(const struct lf_encoder *self, uint64_t screen)
+void lf_encoder_keep(struct ng_graph *graph, struct lf_encoder_inputs *in)
 {
-    bool stale = self->params.always || self->screen_key != screen;
-    for (size_t i = 0; i < self->shining.count && !stale; i++) {
-        const struct lf_shining *light = &self->shining.items[i];
-        stale = light->slot->rsm_key != light->rsm_key || light->slot->view_key != light->view_key;
+    declare_buffers(graph, in);
+}
+
+void lf_encoder_declare(struct ng_graph *graph, struct lf_encoder_inputs *in)
+{
+    struct declaration d = {.graph = graph, .in = in};
+    declare_buffers(graph, in);
+    declare_trace(&d);
+    declare_pixel_clues(&d);
+    declare_emission(&d);
+    for (size_t i = 0; i < in->self->active.count; i++) {
+        d.light = &in->self->active.items[i];
+        declare_rsm(&d);
+        declare_light(&d);
+        declare_clues(&d);
+        declare_view(&d);
     }
-    return stale;
-}
-
-// What the powers do not need; returns with the light's token.
-static void declare_first_half(struct declaration *d, struct lf_shining *light)
-{
-    bool always = d->data.in.self->params.always;
-    d->data.light = *light;
-    if (always || light->slot->rsm_key != light->rsm_key)
-        declare_rsm(d);
-    *light = d->data.light;
-}
-
-static void declare_second_half(struct declaration *d, struct lf_shining *light)
-{
-    const struct lf_slot *slot = light->slot;
-    bool always = d->data.in.self->params.always;
-    d->data.light = *light;
-    if (always || slot->points_key != light->points_key)
-        declare_points(d);
-    if (always || slot->view_key != light->view_key) {
-        declare_clues(d);
-        declare_view(d);
-    }
-    *light = d->data.light;
-}
-
-struct ng_graph_ref lf_encoder_declare(struct ng_graph *graph, const struct lf_encoder_inputs *in)
-{
-    struct lf_encoder *self = in->self;
-    struct declaration d = {.graph = graph, .data = {.in = *in}};
-    bool always = self->params.always;
-    self->traced = false;
-    if (any_traced(self, in->screen_key))
-        declare_trace(&d);
-    if (always || self->screen_key != in->screen_key)
-        declare_screen(&d);
-    for (size_t i = 0; i < self->shining.count; i++)
-        declare_first_half(&d, &self->shining.items[i]);
-    if (always || self->powers_key != in->powers_key)
-        declare_powers(&d);
-    for (size_t i = 0; i < self->shining.count; i++)
-        declare_second_half(&d, &self->shining.items[i]);
-    return d.powers;
 }

@@ -4,7 +4,6 @@
 #include "lightformer/gather/gather.h"
 
 #include "base/array.h"
-#include "base/hash.h"
 #include "base/jobs.h"
 #include "base/log.h"
 #include "lightformer/encode/encoder.h"
@@ -25,8 +24,6 @@ struct lf_gather {
     struct lf_gather_params params;
     NG_ARRAY(struct lf_net_gathered) lights;
     NG_ARRAY(struct lf_embedding) embeddings; // what the lights are of
-    NG_ARRAY(float) planes[PART_COUNT];       // [3][height][width]
-    uint64_t gathered;                        // hash of what the images are of; 0: of nothing
     uint64_t runs;
     bool warned; // of values that are not finite
 };
@@ -51,14 +48,7 @@ void lf_gather_destroy(struct lf_gather **gather)
         return;
     ng_array_finish(&self->lights);
     ng_array_finish(&self->embeddings);
-    for (int i = 0; i < PART_COUNT; i++)
-        ng_array_finish(&self->planes[i]);
     free(self);
-}
-
-void lf_gather_redo_always(struct lf_gather *gather, bool always)
-{
-    gather->params.always = always;
 }
 
 uint64_t lf_gather_runs(const struct lf_gather *gather)
@@ -70,27 +60,11 @@ uint64_t lf_gather_runs(const struct lf_gather *gather)
 
 struct pass_data {
     struct lf_gather *self;
-    const struct lf_screen *screen;
+    const struct lf_encoded_pixels *pixels;
     struct ng_graph_ref images[PART_COUNT];
-    uint64_t key;
+    struct ng_graph_ref planes;  // [PART_COUNT][3][height][width], as the network writes them
+    struct lf_net_work by_light; // images of the gather for each light
 };
-
-// Whether the passes before this one made what they were to make; if not, they said so.
-static bool is_encoded(const struct lf_gather *self, const struct lf_screen *screen)
-{
-    bool made = *screen->made == screen->version;
-    for (size_t i = 0; i < self->embeddings.count; i++)
-        made &= *self->embeddings.items[i].made == self->embeddings.items[i].version;
-    return made;
-}
-
-static ng_result reserve_planes(struct lf_gather *self, const struct lf_screen *screen)
-{
-    for (int i = 0; i < PART_COUNT; i++)
-        if (!ng_array_resize(&self->planes[i], (size_t)screen->width * screen->height * 3))
-            return ng_out_of_memory("the gather of lights");
-    return NG_OK;
-}
 
 struct interleave {
     const float *planes, *mask;
@@ -126,26 +100,42 @@ static void warn(struct lf_gather *self)
     self->warned = true;
 }
 
+static void lend(const struct ng_pass_context *ctx, const struct pass_data *d)
+{
+    struct lf_gather *self = d->self;
+    struct ng_graph_memory work = ng_pass_memory(ctx, d->pixels->work.memory);
+    lf_lend_pixels(ctx, &d->pixels->buffers, d->pixels->clues);
+    lf_lend_emission(ctx, &d->pixels->buffers, d->pixels->clues);
+    lf_net_executor_lend(self->params.executor, work.data, work.size, d->pixels->work.fresh);
+    for (size_t i = 0; i < self->embeddings.count; i++) {
+        const struct lf_embedding *e = &self->embeddings.items[i];
+        lf_lend_embedding(ctx, &e->buffers, false, e->clues, e->encoding);
+    }
+    if (!d->by_light.memory.id)
+        return;
+    struct ng_graph_memory by_light = ng_pass_memory(ctx, d->by_light.memory);
+    lf_net_executor_lend_gather(self->params.executor, by_light.data, by_light.size, d->by_light.fresh);
+}
+
 static ng_result run(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     struct lf_gather *self = d->self;
-    const struct lf_net_picture frame = {.width = d->screen->width,
-                                         .height = d->screen->height,
-                                         .values = lf_pixel_clues_values(d->screen->clues)};
+    const struct lf_net_picture frame = {.width = d->pixels->width,
+                                         .height = d->pixels->height,
+                                         .values = lf_pixel_clues_values(d->pixels->clues)};
+    uint32_t pixels = frame.width * frame.height;
+    float *planes = ng_pass_memory(ctx, d->planes).data, *part[PART_COUNT];
+    for (size_t i = 0; i < PART_COUNT; i++)
+        part[i] = planes + i * 3 * pixels;
+    const struct lf_net_radiance out = {part[UNSHADOWED], part[DIRECT], part[INDIRECT]};
     self->runs++;
-    self->gathered = 0;
-    if (!is_encoded(self, d->screen))
-        return NG_ERROR_NOT_FOUND;
-    NG_TRY(reserve_planes(self, d->screen));
-    const struct lf_net_radiance out = {self->planes[UNSHADOWED].items, self->planes[DIRECT].items,
-                                        self->planes[INDIRECT].items};
+    lend(ctx, d);
     NG_TRY(
         lf_net_gather(self->params.executor, &frame, self->lights.items, (uint32_t)self->lights.count, &out));
-    uint32_t pixels = frame.width * frame.height;
     atomic_bool wrong = false;
     for (int i = 0; i < PART_COUNT; i++) {
-        struct interleave job = {.planes = self->planes[i].items,
+        struct interleave job = {.planes = part[i],
                                  .mask = frame.values->of[LF_INPUT_PIXEL_MASK],
                                  .texels = ng_pass_memory(ctx, d->images[i]).data,
                                  .size = pixels,
@@ -154,31 +144,41 @@ static ng_result run(const struct ng_pass_context *ctx)
     }
     if (wrong)
         warn(self);
-    self->gathered = d->key;
     return NG_OK;
 }
 
 // ---- A frame ---------------------------------------------------------------------------------------------
 
-static bool declare_images(struct lf_gather *self, struct ng_graph *g, struct pass_data *data)
+static void declare_images(const struct lf_gather *self, struct ng_graph *g, uint32_t width, uint32_t height,
+                           struct ng_graph_ref images[PART_COUNT])
 {
-    bool all_valid = true;
+    const struct ng_graph_image_params params = {
+        .format = VK_FORMAT_R32G32B32A32_SFLOAT, .width = width, .height = height};
     for (int i = 0; i < PART_COUNT; i++) {
         char name[64];
-        bool valid;
         snprintf(name, sizeof name, "%s/%s", self->params.method, part_names[i]);
-        data->images[i] =
-            ng_graph_persistent_image(g, name,
-                                      &(struct ng_graph_image_params){.format = VK_FORMAT_R32G32B32A32_SFLOAT,
-                                                                      .width = data->screen->width,
-                                                                      .height = data->screen->height},
-                                      &valid);
-        all_valid &= valid;
+        images[i] = ng_graph_persistent_image(g, name, &params, NULL);
     }
-    return all_valid;
 }
 
-static ng_result list_lights(struct lf_gather *self, struct ng_composer *composer, uint64_t *key)
+static void declare_buffers(const struct lf_gather *self, struct ng_graph *g, struct pass_data *data)
+{
+    uint32_t width = data->pixels->width, height = data->pixels->height;
+    char name[64];
+    declare_images(self, g, width, height, data->images);
+    snprintf(name, sizeof name, "%s/planes", self->params.method);
+    uint64_t floats = (uint64_t)PART_COUNT * 3 * width * height;
+    data->planes = ng_graph_add_buffer(
+        g, name, &(struct ng_graph_buffer_params){.size = floats * sizeof(float), .scratch = true});
+    uint64_t bytes = self->lights.count * lf_net_picture_bytes(self->params.executor, width, height).gather;
+    bool valid = false;
+    if (bytes)
+        data->by_light.memory = ng_graph_persistent_buffer(
+            g, "network/gather", &(struct ng_graph_buffer_params){.size = bytes, .scratch = true}, &valid);
+    data->by_light.fresh = !valid;
+}
+
+static ng_result list_lights(struct lf_gather *self, struct ng_composer *composer)
 {
     size_t count = ng_composer_count(composer, &lf_embedding_item);
     if (!ng_array_resize(&self->lights, count) || !ng_array_resize(&self->embeddings, count))
@@ -187,28 +187,35 @@ static ng_result list_lights(struct lf_gather *self, struct ng_composer *compose
         const struct lf_embedding *e = ng_composer_get(composer, &lf_embedding_item, i);
         self->embeddings.items[i] = *e;
         self->lights.items[i] =
-            (struct lf_net_gathered){.encoding = e->encoding, .values = lf_light_clues_values(e->clues)};
-        *key = ng_hash_combine(*key, e->version);
+            (struct lf_net_gathered){.encoding = e->encoding, .values = lf_light_clues_kept(e->clues)};
     }
     return NG_OK;
 }
 
-static void declare_pass(struct ng_composer *composer, struct pass_data *data)
+static void declare_pass(struct lf_gather *self, struct ng_graph *g, struct pass_data *data)
 {
-    struct ng_pass *pass =
-        ng_graph_add_pass(ng_composer_graph(composer), &(struct ng_pass_params){.name = "gather",
-                                                                                .kind = NG_PASS_CPU,
-                                                                                .run = run,
-                                                                                .data = data,
-                                                                                .data_size = sizeof *data,
-                                                                                .flags = NG_PASS_ON_DEMAND});
-    if (data->screen->ready.id)
-        ng_pass_read(pass, data->screen->ready, NG_USE_HOST_READ);
-    for (size_t i = 0; i < ng_composer_count(composer, &lf_embedding_item); i++) {
-        const struct lf_embedding *e = ng_composer_get(composer, &lf_embedding_item, i);
-        if (e->ready.id)
-            ng_pass_read(pass, e->ready, NG_USE_HOST_READ);
+    declare_buffers(self, g, data);
+    struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "gather",
+                                                                         .kind = NG_PASS_CPU,
+                                                                         .run = run,
+                                                                         .data = data,
+                                                                         .data_size = sizeof *data,
+                                                                         .flags = NG_PASS_ON_DEMAND,
+                                                                         .key = data->pixels->powers_key});
+    lf_read_pixels(pass, &data->pixels->buffers);
+    if (data->pixels->buffers.parts[LF_PIXEL_EMISSION].id)
+        ng_pass_read(pass, data->pixels->buffers.parts[LF_PIXEL_EMISSION], NG_USE_HOST_READ);
+    for (size_t i = 0; i < self->embeddings.count; i++) {
+        const struct lf_light_buffers *b = &self->embeddings.items[i].buffers;
+        const struct ng_graph_ref refs[] = {b->light, b->embedding, b->kept};
+        for (size_t k = 0; k < NG_COUNT(refs); k++)
+            if (refs[k].id)
+                ng_pass_read(pass, refs[k], NG_USE_HOST_READ);
     }
+    ng_pass_write(pass, data->pixels->work.memory, NG_USE_HOST_WRITE);
+    ng_pass_write(pass, data->planes, NG_USE_HOST_WRITE);
+    if (data->by_light.memory.id)
+        ng_pass_write(pass, data->by_light.memory, NG_USE_HOST_WRITE);
     for (int i = 0; i < PART_COUNT; i++)
         data->images[i] = ng_pass_write(pass, data->images[i], NG_USE_HOST_WRITE);
 }
@@ -216,14 +223,11 @@ static void declare_pass(struct ng_composer *composer, struct pass_data *data)
 static ng_result consume(struct ng_composer *composer, void *user)
 {
     struct lf_gather *self = user;
-    struct pass_data data = {.self = self, .screen = ng_composer_get(composer, &lf_screen_item, 0)};
-    if (!data.screen)
+    struct pass_data data = {.self = self, .pixels = ng_composer_get(composer, &lf_encoded_pixels_item, 0)};
+    if (!data.pixels)
         return NG_OK;
-    data.key = data.screen->version;
-    NG_TRY(list_lights(self, composer, &data.key));
-    bool valid = declare_images(self, ng_composer_graph(composer), &data);
-    if (!valid || self->gathered != data.key || self->params.always)
-        declare_pass(composer, &data);
+    NG_TRY(list_lights(self, composer));
+    declare_pass(self, ng_composer_graph(composer), &data);
     struct ng_radiance radiance = {.method = self->params.method,
                                    .unshadowed = data.images[UNSHADOWED],
                                    .direct = data.images[DIRECT],

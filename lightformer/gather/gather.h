@@ -1,7 +1,7 @@
 // The gather node: all embeddings of a frame, whatever light they come from, become radiance at the camera
 // (paper, section 5).
 //
-// Consumes lf_screen_item and the list of lf_embedding_item (lightformer/encode/encoder.h), publishes
+// Consumes lf_encoded_pixels_item and the list of lf_embedding_item (lightformer/encode/encoder.h), publishes
 // ng_radiance_item (render/frame.h). Two passes: "gather" on the host, and the graph's upload of its images
 // "<method>/unshadowed", "<method>/direct", "<method>/indirect". Where neither clues, encodings nor powers
 // changed, the last images stay. No light gives black.
@@ -22,14 +22,11 @@ struct lf_gather_params {
     struct lf_net_executor *executor; // needed, borrowed
     struct ng_jobs *jobs;             // borrowed; null: the caller's thread alone
     const char *method;               // needed, borrowed: the name it publishes under
-    bool always;                      // gather in every frame, changed or not (benchmarks, tests)
 };
 
 NG_NODISCARD ng_result lf_gather_create(const struct lf_gather_params *params, struct lf_gather **out);
 void lf_gather_destroy(struct lf_gather **gather);
 struct ng_provider lf_gather_provider(struct lf_gather *gather);
-// From the next frame on, as params.always.
-void lf_gather_redo_always(struct lf_gather *gather, bool always);
 uint64_t lf_gather_runs(const struct lf_gather *gather); // how often it has gathered so far
 
 NG_EXTERN_C_END

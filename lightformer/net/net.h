@@ -86,13 +86,25 @@ void lf_net_executor_destroy(struct lf_net_executor **executor);
 enum lf_net_kernel lf_net_executor_kernel(const struct lf_net_executor *executor);
 // Whether the gather reads an input, other than those that only it may read.
 bool lf_net_gather_reads(const struct lf_net_executor *executor, enum lf_net_input input);
-// Bytes of pictures that an executor and the encodings of so many lights hold for a size.
-uint64_t lf_net_executor_bytes(const struct lf_net_executor *executor, uint32_t width, uint32_t height,
-                               uint32_t lights);
+
+// Bytes for pictures of a size: the executor's, an encoding's, and the gather's for each light. `light`: what
+// an encoding holds of the light itself, whatever the picture.
+struct lf_net_bytes {
+    uint64_t light, work, encoding, gather;
+};
+struct lf_net_bytes lf_net_picture_bytes(const struct lf_net_executor *executor, uint32_t width,
+                                         uint32_t height);
+// Lends memory for pictures, at a multiple of 64 bytes; without, it is the object's own. What was written
+// into it stays there as long as it is lent, but `fresh`: as if it were other memory.
+void lf_net_executor_lend(struct lf_net_executor *executor, void *work, uint64_t size, bool fresh);
+void lf_net_executor_lend_gather(struct lf_net_executor *executor, void *gather, uint64_t size, bool fresh);
+
 const char *lf_net_kernel_name(enum lf_net_kernel kernel); // "avx512"
 
 NG_NODISCARD ng_result lf_net_encoding_create(struct lf_net_executor *executor, struct lf_net_encoding **out);
 void lf_net_encoding_destroy(struct lf_net_encoding **encoding);
+void lf_net_encoding_lend_light(struct lf_net_encoding *encoding, void *vectors);
+void lf_net_encoding_lend(struct lf_net_encoding *encoding, void *pictures, uint64_t size, bool fresh);
 
 // Input values by enum lf_net_input; null is all zeros. Rows: [channels][count]. Pictures:
 // [channels][height][width]. Only those of the domains that a call names are read.

@@ -26,13 +26,11 @@ static ng_result create_parts(struct lf_neural *n, const struct lf_neural_params
                                                          .jobs = p->jobs,
                                                          .method = LF_NEURAL_METHOD,
                                                          .rsm = p->rsm,
-                                                         .mirror_rays = p->mirror_rays,
-                                                         .memory_limit = p->memory_limit,
-                                                         .always = p->always},
+                                                         .reflection_rays = p->reflection_rays,
+                                                         .memory_limit = p->memory_limit},
                              &n->encoder));
     return lf_gather_create(
-        &(struct lf_gather_params){
-            .executor = n->executor, .jobs = p->jobs, .method = LF_NEURAL_METHOD, .always = p->always},
+        &(struct lf_gather_params){.executor = n->executor, .jobs = p->jobs, .method = LF_NEURAL_METHOD},
         &n->gather);
 }
 
@@ -86,12 +84,6 @@ void lf_neural_leave(struct lf_neural *n)
 const struct lf_net *lf_neural_net(const struct lf_neural *n)
 {
     return n->net;
-}
-
-void lf_neural_redo_always(struct lf_neural *n, bool always)
-{
-    lf_encoder_redo_always(n->encoder, always);
-    lf_gather_redo_always(n->gather, always);
 }
 
 struct lf_neural_counters lf_neural_counters_of(const struct lf_neural *n)

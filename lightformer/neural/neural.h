@@ -31,9 +31,8 @@ struct lf_neural_params {
     enum lf_net_kernel kernel; // LF_KERNEL_AUTO: the fastest of this CPU
     // As in struct lf_encoder_params:
     enum lf_rsm_source rsm;
-    uint32_t mirror_rays;
+    uint32_t reflection_rays;
     uint64_t memory_limit;
-    bool always; // redo everything, the gather included, in every frame
 };
 
 // Errors, logged: those of lf_net_load and lf_net_executor_create.
@@ -46,7 +45,6 @@ NG_NODISCARD ng_result lf_neural_join(struct lf_neural *neural, struct ng_compos
 void lf_neural_leave(struct lf_neural *neural);
 
 const struct lf_net *lf_neural_net(const struct lf_neural *neural);
-void lf_neural_redo_always(struct lf_neural *neural, bool always); // as params.always
 
 struct lf_neural_counters {
     struct lf_encoder_counters encoder;

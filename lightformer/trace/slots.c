@@ -26,15 +26,15 @@ static enum lf_shape shape_of(const struct ng_snapshot *snapshot, const struct n
 }
 
 // Whether a slot's geometry can become what the instance is now. What cannot be refitted to the same
-// structure that a new one has is made anew: a static mesh with other vertices, and what becomes an emitter
-// or ceases to be one, since each scene builds its own structure around the mesh at rest.
+// structure that a new one has is made anew: what becomes an emitter or ceases to be one, since each scene
+// builds its own structure around the mesh at rest. A mesh whose points were edited has the same place at
+// rest.
 static bool is_slot_of(const struct lf_trace_slot *s, const struct ng_snapshot *snapshot,
                        const struct ng_snapshot_instance *instance)
 {
     const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
     return ng_entity_same(s->entity, instance->entity) && s->mesh_key == mesh->key &&
            s->vertex_count == mesh->vertex_count && s->index_count == mesh->index_count &&
-           (mesh->dynamic || s->mesh_revision == mesh->revision) &&
            s->emits == (instance->light != NG_NONE) && s->seen.shape == shape_of(snapshot, instance);
 }
 

@@ -17,8 +17,8 @@
 
 struct bench {
     struct ng_stage *stage;
-    struct lf_observer *observer;
-    struct lf_observation seen;
+    struct lf_capture *observer;
+    struct lf_captured_frame seen;
     struct lf_tracer *tracer;
     struct lf_pixel_clues *pixels;
     struct lf_light_clues *lights[LIGHTS];
@@ -29,10 +29,10 @@ static ng_result open_bench(struct bench *b, const char *scene, double time)
 {
     NG_TRY(ng_stage_create(&(struct ng_stage_params){.scene = scene}, &b->stage));
     NG_TRY(ng_stage_seek(b->stage, time, NULL));
-    NG_TRY(lf_observer_create(b->stage->gpu, b->stage->jobs, &b->observer));
-    NG_TRY(lf_observe(
+    NG_TRY(lf_capture_create(b->stage->gpu, b->stage->jobs, &b->observer));
+    NG_TRY(lf_capture_frame(
         b->observer,
-        &(struct lf_observe_params){.snapshot = b->stage->snapshot, .width = b->size, .height = b->size},
+        &(struct lf_capture_params){.snapshot = b->stage->snapshot, .width = b->size, .height = b->size},
         &b->seen));
     NG_TRY(lf_tracer_create(&b->tracer));
     NG_TRY(lf_tracer_update(b->tracer, b->stage->snapshot));
@@ -49,20 +49,21 @@ static void close_bench(struct bench *b)
         lf_light_clues_destroy(&b->lights[i]);
     lf_pixel_clues_destroy(&b->pixels);
     lf_tracer_destroy(&b->tracer);
-    lf_observer_destroy(&b->observer);
+    lf_capture_destroy(&b->observer);
     ng_stage_destroy(&b->stage);
 }
 
 static ng_result encode(struct bench *b)
 {
-    struct lf_encode_scene scene = {.tracer = b->tracer, .jobs = b->stage->jobs};
-    struct lf_encode_pixels_params params = {.gbuffer = b->seen.gbuffer, .width = b->size, .height = b->size};
-    NG_TRY(lf_encode_pixels(&scene, &params, b->pixels));
+    struct lf_clues_scene scene = {.tracer = b->tracer, .jobs = b->stage->jobs};
+    struct lf_clues_pixels_params params = {.gbuffer = b->seen.gbuffer, .width = b->size, .height = b->size};
+    NG_TRY(lf_clues_pixels(&scene, &params, b->pixels));
     for (uint32_t i = 0; i < b->light_count; i++) {
-        NG_TRY(lf_encode_light(&scene, i, NULL, b->lights[i]));
-        NG_TRY(lf_encode_view(&scene, b->pixels, b->lights[i]));
+        NG_TRY(lf_clues_light(&scene, i, NULL, b->lights[i]));
+        NG_TRY(lf_clues_view(&scene, b->pixels, b->lights[i]));
     }
-    lf_encode_powers(b->stage->snapshot, b->pixels, b->lights, b->light_count);
+    lf_clues_set_powers(b->stage->snapshot, b->pixels, b->lights, b->light_count);
+    NG_TRY(lf_clues_normalize(b->pixels));
     return NG_OK;
 }
 
@@ -72,7 +73,7 @@ static int compare_numbers(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static double stage_ms(const struct bench *b, enum lf_encode_stage stage)
+static double stage_ms(const struct bench *b, enum lf_clues_stage stage)
 {
     double ms = lf_pixel_clues_ms(b->pixels, stage);
     for (uint32_t i = 0; i < b->light_count; i++)
@@ -82,18 +83,17 @@ static double stage_ms(const struct bench *b, enum lf_encode_stage stage)
 
 static ng_result measure_stages(struct bench *b, uint32_t rounds)
 {
-    static double ms[LF_ENCODE_STAGES + 1][ROUNDS];
+    static double ms[LF_CLUES_STAGES + 1][ROUNDS];
     for (uint32_t r = 0; r < rounds; r++) {
         uint64_t begin = ng_clock_ns();
         NG_TRY(encode(b));
-        ms[LF_ENCODE_STAGES][r] = (double)(ng_clock_ns() - begin) * 1e-6;
-        for (int s = 0; s < LF_ENCODE_STAGES; s++)
-            ms[s][r] = stage_ms(b, (enum lf_encode_stage)s);
+        ms[LF_CLUES_STAGES][r] = (double)(ng_clock_ns() - begin) * 1e-6;
+        for (int s = 0; s < LF_CLUES_STAGES; s++)
+            ms[s][r] = stage_ms(b, (enum lf_clues_stage)s);
     }
-    for (int s = 0; s <= LF_ENCODE_STAGES; s++) {
+    for (int s = 0; s <= LF_CLUES_STAGES; s++) {
         qsort(ms[s], rounds, sizeof **ms, compare_numbers);
-        printf("\"%s_ms\": %.2f, ", s < LF_ENCODE_STAGES ? lf_encode_stage_names[s] : "all",
-               ms[s][rounds / 2]);
+        printf("\"%s_ms\": %.2f, ", s < LF_CLUES_STAGES ? lf_clues_stage_names[s] : "all", ms[s][rounds / 2]);
     }
     return NG_OK;
 }

@@ -84,28 +84,29 @@ static void resize(struct picture *p, uint32_t width, uint32_t height)
 }
 
 void picture_encode_with(struct picture *p, const struct scene *s, uint32_t width, uint32_t height,
-                         uint64_t reads, const struct lf_encode_light_params *params)
+                         uint64_t reads, const struct lf_clues_light_params *params)
 {
-    struct lf_encode_scene scene = {.tracer = s->tracer, .jobs = s->jobs, .reads = reads};
+    struct lf_clues_scene scene = {.tracer = s->tracer, .jobs = s->jobs, .reads = reads};
     if (!p->pixels)
         OK(lf_pixel_clues_create(&p->pixels));
     resize(p, width, height);
     draw(p, s);
-    OK(lf_encode_pixels(&scene,
-                        &(struct lf_encode_pixels_params){
-                            .gbuffer = {p->position, p->normal, p->diffuse, p->specular, p->emission},
-                            .width = width,
-                            .height = height},
-                        p->pixels));
+    OK(lf_clues_pixels(&scene,
+                       &(struct lf_clues_pixels_params){
+                           .gbuffer = {p->position, p->normal, p->diffuse, p->specular, p->emission},
+                           .width = width,
+                           .height = height},
+                       p->pixels));
     p->lights = s->snapshot->light_count;
     assert_true(p->lights <= NG_COUNT(p->light));
     for (uint32_t i = 0; i < p->lights; i++) {
         if (!p->light[i])
             OK(lf_light_clues_create(&p->light[i]));
-        OK(lf_encode_light(&scene, i, params, p->light[i]));
-        OK(lf_encode_view(&scene, p->pixels, p->light[i]));
+        OK(lf_clues_light(&scene, i, params, p->light[i]));
+        OK(lf_clues_view(&scene, p->pixels, p->light[i]));
     }
-    lf_encode_powers(s->snapshot, p->pixels, p->light, p->lights);
+    lf_clues_set_powers(s->snapshot, p->pixels, p->light, p->lights);
+    OK(lf_clues_normalize(p->pixels));
 }
 
 void picture_encode(struct picture *p, const struct scene *s, uint32_t width, uint32_t height)
@@ -142,7 +143,7 @@ static uint64_t hash_values(const struct picture *p, const struct lf_net_values 
     for (int i = 0; i < LF_INPUT_COUNT; i++) {
         size_t count = counts[infos[i].domain] * infos[i].channels;
         bool of_power = infos[i].domain == LF_DOMAIN_FRAME || i == LF_INPUT_LIGHT_SHARE ||
-                        i == LF_INPUT_LIGHT_POWER || i == LF_INPUT_PIXEL_MIRROR_EMISSION;
+                        i == LF_INPUT_LIGHT_POWER || i == LF_INPUT_PIXEL_REFLECTION_EMISSION;
         if (!values->of[i] || (apart_from_power && of_power))
             continue;
         for (size_t k = 0; k < count; k++)

@@ -20,7 +20,7 @@ struct picture {
 void picture_encode(struct picture *p, const struct scene *s, uint32_t width, uint32_t height);
 // The same with inputs as `reads` says, and parameters of lights.
 void picture_encode_with(struct picture *p, const struct scene *s, uint32_t width, uint32_t height,
-                         uint64_t reads, const struct lf_encode_light_params *params);
+                         uint64_t reads, const struct lf_clues_light_params *params);
 void picture_close(struct picture *p);
 
 // Plane `channel` of an input.

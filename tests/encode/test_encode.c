@@ -46,7 +46,7 @@ static void occluders_are_where_they_are(void **state)
     scene_frame(&s, 0);
     picture_encode(&p, &s, SIZE, SIZE);
     const float *far = picture_view(&p, 0, LF_INPUT_VIEW_DISTANCE, 0),
-                *near = picture_view(&p, 0, LF_INPUT_VIEW_OCCLUDER, 0);
+                *near = picture_view(&p, 0, LF_INPUT_VIEW_SHADOW_DISTANCE, 0);
     const float radius = s.snapshot->scene_radius;
     int lit = 0, dark = 0, odd = 0;
     for (size_t i = 0; i < SIZE * SIZE; i++) {
@@ -91,7 +91,7 @@ static void parallel_light_begins_at_the_sphere(void **state)
     scene_frame(&s, 0);
     picture_encode(&p, &s, 32, 32);
     const float *far = picture_view(&p, 0, LF_INPUT_VIEW_DISTANCE, 0),
-                *near = picture_view(&p, 0, LF_INPUT_VIEW_OCCLUDER, 0);
+                *near = picture_view(&p, 0, LF_INPUT_VIEW_SHADOW_DISTANCE, 0);
     float radius = s.snapshot->scene_radius, top = s.snapshot->scene_center[1] + radius;
     int shaded = 0, open = 0;
     for (size_t i = 0; i < 32 * 32; i++) {
@@ -142,11 +142,13 @@ static void a_hollow_ball_is_lit_evenly(void **state)
     for (size_t c = 0; c < 3; c++) {
         double expected = mean[c] / (4 * (double)PI * 4) / (double)PI * radius * radius;
         for (size_t i = 0; i < SIZE * SIZE; i++)
-            error = !(picture_pixels(&p, LF_INPUT_PIXEL_MASK, 0)[i] > 0)
-                        ? error
-                        : fmax(error, fabs((double)picture_view(&p, 0, LF_INPUT_VIEW_BOUNCE, (uint32_t)c)[i] /
-                                               expected -
-                                           1));
+            error =
+                !(picture_pixels(&p, LF_INPUT_PIXEL_MASK, 0)[i] > 0)
+                    ? error
+                    : fmax(error,
+                           fabs((double)picture_view(&p, 0, LF_INPUT_VIEW_IRRADIANCE_RSM, (uint32_t)c)[i] /
+                                    expected -
+                                1));
     }
     if (!(error < 0.05))
         fail_msg("%g from even", error);
@@ -167,16 +169,16 @@ static void spreading_is_close_to_summing(void **state)
     double error = 0, size = 0;
     for (uint32_t l = 0; l < 2; l++)
         for (size_t i = 0; i < SIZE * SIZE; i++) {
-            struct lf_points points;
+            struct lf_shading_points points;
             float exact[3][LF_LANES];
             if (!(picture_pixels(&p, LF_INPUT_PIXEL_MASK, 0)[i] > 0))
                 continue;
             for (int k = 0; k < LF_LANES; k++)
-                lf_points_set_pixel(p.pixels, i, k, &points);
-            lf_kernels_of(0)->bounce(p.light[l]->sources.items, (uint32_t)p.light[l]->sources.count, &points,
-                                     exact);
+                lf_shading_points_set_pixel(p.pixels, i, k, &points);
+            lf_kernels_of(0)->rsm_gather(p.light[l]->sources.items, (uint32_t)p.light[l]->sources.count,
+                                         &points, exact);
             for (uint32_t c = 0; c < 3; c++) {
-                double d = (double)(picture_view(&p, l, LF_INPUT_VIEW_BOUNCE, c)[i] - exact[c][0]);
+                double d = (double)(picture_view(&p, l, LF_INPUT_VIEW_IRRADIANCE_RSM, c)[i] - exact[c][0]);
                 error += d * d;
                 size += (double)exact[c][0] * (double)exact[c][0];
             }
@@ -225,11 +227,12 @@ static void mirrors_show_what_is_lit(void **state)
         // lengths.
         if (fabsf(hit[0]) < 0.1f || fabsf(hit[0]) > 1.9f || hit[1] > 2.5f || x[2] < -1.2f)
             continue;
-        float nearness = picture_pixels(&p, LF_INPUT_PIXEL_MIRROR, 0)[i];
+        float nearness = picture_pixels(&p, LF_INPUT_PIXEL_REFLECTION_NEARNESS, 0)[i];
         NEAR(nearness, 1 / (1 + sqrtf(way) / radius), 0.015);
         if (hit[0] < 0) {
-            NEAR(picture_pixels(&p, LF_INPUT_PIXEL_MIRROR_EMISSION, 1)[i], 5 / unit, 1e-3 * 5 / (double)unit);
-            assert_true(picture_pixels(&p, LF_INPUT_PIXEL_MIRROR_EMISSION, 0)[i] == 0);
+            NEAR(picture_pixels(&p, LF_INPUT_PIXEL_REFLECTION_EMISSION, 1)[i], 5 / unit,
+                 1e-3 * 5 / (double)unit);
+            assert_true(picture_pixels(&p, LF_INPUT_PIXEL_REFLECTION_EMISSION, 0)[i] == 0);
             glowing++;
             continue;
         }
@@ -237,7 +240,7 @@ static void mirrors_show_what_is_lit(void **state)
         // share.
         float cosine = (lamp[2] + 2) / sqrtf(square),
               expected = 0.5f / PI * cosine / square / (4 * PI) * radius * radius;
-        float seen = picture_view(&p, 0, LF_INPUT_VIEW_MIRROR, 0)[i] /
+        float seen = picture_view(&p, 0, LF_INPUT_VIEW_REFLECTION, 0)[i] /
                      lf_light_clues_values(p.light[0])->of[LF_INPUT_LIGHT_COLOR][0];
         // Fresnel takes some of the diffuse light and gives some glossy.
         if (!(fabsf(seen / expected - 1) < 0.03f))
@@ -270,8 +273,8 @@ static void what_mirrors_show_is_shadowed(void **state)
         const float *x = p.position + 4 * i;
         if (!(x[3] > 0) || x[1] > -0.99f || x[2] > 1)
             continue;
-        mirrored += picture_pixels(&p, LF_INPUT_PIXEL_MIRROR, 0)[i] > 0;
-        assert_true(picture_view(&p, 0, LF_INPUT_VIEW_MIRROR, 0)[i] == 0);
+        mirrored += picture_pixels(&p, LF_INPUT_PIXEL_REFLECTION_NEARNESS, 0)[i] > 0;
+        assert_true(picture_view(&p, 0, LF_INPUT_VIEW_REFLECTION, 0)[i] == 0);
     }
     assert_true(mirrored > 50);
     picture_close(&p);
@@ -296,8 +299,8 @@ static void rays_that_meet_nothing_are_known(void **state)
     int met = 0, missed = 0, both = 0;
     for (size_t i = 0; i < SIZE * SIZE; i++) {
         const float *x = p.position + 4 * i;
-        float part = picture_pixels(&p, LF_INPUT_PIXEL_MIRROR_MISSED, 0)[i],
-              nearness = picture_pixels(&p, LF_INPUT_PIXEL_MIRROR, 0)[i];
+        float part = picture_pixels(&p, LF_INPUT_PIXEL_REFLECTION_MISSED, 0)[i],
+              nearness = picture_pixels(&p, LF_INPUT_PIXEL_REFLECTION_NEARNESS, 0)[i];
         if (!(x[3] > 0) || x[1] > -0.9f)
             assert_true(part == 0 && nearness == 0);
         if (!(x[3] > 0) || x[1] > -0.99f || x[2] < -1.9f)
@@ -311,19 +314,6 @@ static void rays_that_meet_nothing_are_known(void **state)
     assert_true(met > 50 && missed > 200 && both > 50);
     picture_close(&p);
     scene_close(&s);
-}
-
-#define BYTES(array) ((array).capacity * sizeof *(array).items)
-
-static uint64_t bytes_of_pixels(const struct lf_pixel_clues *p)
-{
-    const struct lf_mirror *m = &p->reflections;
-    uint64_t bytes = BYTES(m->kinds) + BYTES(m->hits) + BYTES(m->rays) + BYTES(m->taps) + BYTES(m->sights) +
-                     BYTES(m->wide) + BYTES(m->seen.list);
-    for (int i = 0; i < LF_MIRROR_KINDS; i++)
-        bytes += BYTES(m->lattices[i].hit_at);
-    return bytes + BYTES(p->memory.list) + BYTES(p->grid_taps) + BYTES(p->alone) + BYTES(p->around.ends) +
-           BYTES(p->around.weights);
 }
 
 // Nothing but what reflects, as far as rays go round: most of it metal, before a metal.
@@ -343,19 +333,13 @@ static void memory_is_what_was_said(void **state)
     picture_point(&s, 2, (const float[3]){0, 1, 6});
     scene_frame(&s, 0);
     picture_encode(&p, &s, SIZE, SIZE);
-    const struct lf_encode_bytes most = lf_encode_bytes(SIZE, SIZE, 0);
-    const struct lf_light_clues *light = p.light[0];
-    uint64_t pixels = bytes_of_pixels(p.pixels), view = BYTES(light->view.list),
-             others = BYTES(light->grid.list) + BYTES(light->reflected.list) + BYTES(light->around.list);
-    print_message("bytes a pixel: %.1f of %.1f, %.1f of %.1f, %.1f of %.1f\n", (double)pixels / (SIZE * SIZE),
-                  (double)most.pixels / (SIZE * SIZE), (double)view / (SIZE * SIZE),
-                  (double)most.view / (SIZE * SIZE), (double)others / (SIZE * SIZE),
-                  (double)most.light / (SIZE * SIZE));
+    const struct lf_clues_bytes most = lf_clues_bytes(SIZE, SIZE, 0);
+    uint64_t view = lf_clues_view_bytes(SIZE, SIZE, 0);
     assert_int_equal(p.pixels->reflections.taps.count, SIZE * SIZE);
     assert_true(p.pixels->reflections.first < p.pixels->reflections.hits.count);
-    assert_in_range(pixels, most.pixels * 9 / 10, most.pixels);
-    assert_in_range(view, most.view * 9 / 10, most.view);
-    assert_in_range(others, most.light * 9 / 10, most.light);
+    for (int i = 0; i < LF_PIXEL_EMISSION; i++)
+        assert_in_range(p.pixels->memory[i].used, most.pixels[i] * 9 / 10, most.pixels[i]);
+    assert_in_range(p.light[0]->memory[LF_LIGHT_VIEW].used, view * 9 / 10, view);
     picture_close(&p);
     scene_close(&s);
 }

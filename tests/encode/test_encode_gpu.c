@@ -10,8 +10,8 @@ enum { SIZE = 128 };
 
 struct chess {
     struct ng_stage *stage;
-    struct lf_observer *observer;
-    struct lf_observation seen;
+    struct lf_capture *observer;
+    struct lf_captured_frame seen;
     struct lf_tracer *tracer;
     struct lf_pixel_clues *pixels;
 };
@@ -21,16 +21,17 @@ static void open_chess(struct chess *c)
     OK(ng_stage_create(&(struct ng_stage_params){.scene = "content/chess/chess.glb", .threads = 2},
                        &c->stage));
     OK(ng_stage_seek(c->stage, 1.3, NULL));
-    OK(lf_observer_create(c->stage->gpu, c->stage->jobs, &c->observer));
-    OK(lf_observe(c->observer,
-                  &(struct lf_observe_params){.snapshot = c->stage->snapshot, .width = SIZE, .height = SIZE},
-                  &c->seen));
+    OK(lf_capture_create(c->stage->gpu, c->stage->jobs, &c->observer));
+    OK(lf_capture_frame(
+        c->observer,
+        &(struct lf_capture_params){.snapshot = c->stage->snapshot, .width = SIZE, .height = SIZE},
+        &c->seen));
     OK(lf_tracer_create(&c->tracer));
     OK(lf_tracer_update(c->tracer, c->stage->snapshot));
     OK(lf_pixel_clues_create(&c->pixels));
-    struct lf_encode_scene scene = {.tracer = c->tracer, .jobs = c->stage->jobs};
-    OK(lf_encode_pixels(
-        &scene, &(struct lf_encode_pixels_params){.gbuffer = c->seen.gbuffer, .width = SIZE, .height = SIZE},
+    struct lf_clues_scene scene = {.tracer = c->tracer, .jobs = c->stage->jobs};
+    OK(lf_clues_pixels(
+        &scene, &(struct lf_clues_pixels_params){.gbuffer = c->seen.gbuffer, .width = SIZE, .height = SIZE},
         c->pixels));
 }
 
@@ -38,19 +39,19 @@ static void close_chess(struct chess *c)
 {
     lf_pixel_clues_destroy(&c->pixels);
     lf_tracer_destroy(&c->tracer);
-    lf_observer_destroy(&c->observer);
+    lf_capture_destroy(&c->observer);
     ng_stage_destroy(&c->stage);
 }
 
-static struct lf_light_clues *encode(const struct chess *c, const struct lf_light_observation *light,
+static struct lf_light_clues *encode(const struct chess *c, const struct lf_captured_light *light,
                                      bool from_maps)
 {
-    struct lf_encode_scene scene = {.tracer = c->tracer, .jobs = c->stage->jobs};
-    struct lf_encode_light_params params = {.maps = from_maps ? light : NULL};
+    struct lf_clues_scene scene = {.tracer = c->tracer, .jobs = c->stage->jobs};
+    struct lf_clues_light_params params = {.maps = from_maps ? light : NULL};
     struct lf_light_clues *clues;
     OK(lf_light_clues_create(&clues));
-    OK(lf_encode_light(&scene, light->light, &params, clues));
-    OK(lf_encode_view(&scene, c->pixels, clues));
+    OK(lf_clues_light(&scene, light->light, &params, clues));
+    OK(lf_clues_view(&scene, c->pixels, clues));
     return clues;
 }
 
@@ -83,8 +84,8 @@ static void compare_distances(const struct chess *c, const float look[3], const 
 {
     const float *far[2] = {lf_light_clues_values(a)->of[LF_INPUT_VIEW_DISTANCE],
                            lf_light_clues_values(b)->of[LF_INPUT_VIEW_DISTANCE]};
-    const float *near[2] = {lf_light_clues_values(a)->of[LF_INPUT_VIEW_OCCLUDER],
-                            lf_light_clues_values(b)->of[LF_INPUT_VIEW_OCCLUDER]};
+    const float *near[2] = {lf_light_clues_values(a)->of[LF_INPUT_VIEW_SHADOW_DISTANCE],
+                            lf_light_clues_values(b)->of[LF_INPUT_VIEW_SHADOW_DISTANCE]};
     const float *mask = lf_pixel_clues_values(c->pixels)->of[LF_INPUT_PIXEL_MASK];
     int pixels = 0, same = 0, shaded = 0;
     for (size_t i = 0; i < SIZE * SIZE; i++) {

@@ -206,9 +206,9 @@ static void random_unit(struct ng_rng *rng, float v[3][LF_LANES], int i)
         v[c][i] /= sqrtf(length);
 }
 
-static struct lf_points random_points(struct ng_rng *rng)
+static struct lf_shading_points random_points(struct ng_rng *rng)
 {
-    struct lf_points p;
+    struct lf_shading_points p;
     for (int i = 0; i < LF_LANES; i++) {
         random_unit(rng, p.normal, i);
         random_unit(rng, p.view, i);
@@ -223,18 +223,18 @@ static struct lf_points random_points(struct ng_rng *rng)
     return p;
 }
 
-static struct lf_light_shape random_shape(struct ng_rng *rng, enum lf_emitter emitter)
+static struct lf_emitter random_shape(struct ng_rng *rng, enum lf_emitter_kind emitter)
 {
-    struct lf_light_shape s = {.emitter = emitter,
-                               .sample_count = 7,
-                               .cone_scale = 2,
-                               .normal = {0, -1, 0},
-                               .u = {2, 0, 0},
-                               .v = {0, 0, 3},
-                               .area = 0.7f,
-                               .radius = 0.2f,
-                               .coarseness = ng_rng_float(rng),
-                               .radiance = {1, 2, 3}};
+    struct lf_emitter s = {.kind = emitter,
+                           .sample_count = 7,
+                           .cone_scale = 2,
+                           .normal = {0, -1, 0},
+                           .u = {2, 0, 0},
+                           .v = {0, 0, 3},
+                           .area = 0.7f,
+                           .radius = 0.2f,
+                           .coarseness = ng_rng_float(rng),
+                           .radiance = {1, 2, 3}};
     for (int k = 0; k < 7; k++)
         for (int c = 0; c < 3; c++) {
             s.samples[k].position[c] = ng_rng_range(rng, -1, 1);
@@ -245,14 +245,14 @@ static struct lf_light_shape random_shape(struct ng_rng *rng, enum lf_emitter em
     return s;
 }
 
-static struct lf_block_hits random_hits(struct ng_rng *rng)
+static struct lf_neighbour_rays random_hits(struct ng_rng *rng)
 {
-    struct lf_block_hits h;
-    for (int i = 0; i < LF_BLOCK_LANES; i++) {
+    struct lf_neighbour_rays h;
+    for (int i = 0; i < LF_NEIGHBOUR_LANES; i++) {
         for (int c = 0; c < 3; c++) {
             h.from[c][i] = 0.1f * (ng_rng_float(rng) - 0.5f);
             h.normal[c][i] = c == 1 ? 1 : 0;
-            h.way[c][i] = ng_rng_float(rng) - (c == 1 ? 0.1f : 0.5f);
+            h.to[c][i] = ng_rng_float(rng) - (c == 1 ? 0.1f : 0.5f);
         }
         h.density[i] = 10 * ng_rng_float(rng);
         h.weight[i] = i < 25 ? ng_rng_float(rng) : 0;
@@ -265,40 +265,41 @@ static void instruction_sets_agree(void **state)
 {
     NG_UNUSED(state);
     struct ng_rng rng = ng_rng_make(1, 1);
-    struct lf_bounce_source sources[5];
+    struct lf_rsm_source sources[5];
     for (int round = 0; round < 200; round++) {
-        struct lf_points points = random_points(&rng);
-        struct lf_light_shape shape = random_shape(&rng, (enum lf_emitter)(round % 6));
+        struct lf_shading_points points = random_points(&rng);
+        struct lf_emitter shape = random_shape(&rng, (enum lf_emitter_kind)(round % 6));
         for (int k = 0; k < 5; k++)
-            sources[k] = (struct lf_bounce_source){.position = {ng_rng_float(&rng), 0.2f, 0.1f * (float)k},
-                                                   .normal = {0, 1, 0},
-                                                   .flux = {1, 2, 3},
-                                                   .area = 0.1f};
+            sources[k] = (struct lf_rsm_source){.position = {ng_rng_float(&rng), 0.2f, 0.1f * (float)k},
+                                                .normal = {0, 1, 0},
+                                                .flux = {1, 2, 3},
+                                                .area = 0.1f};
         struct lf_lit first, lit;
         float bounce_first[3][LF_LANES], bounce[3][LF_LANES];
-        bool lobes = round % 4 < 2 && shape.emitter > LF_EMITTER_DIRECTION;
+        bool lobes = round % 4 < 2 && shape.kind > LF_EMITTER_DIRECTION;
         double sum = 0;
         lf_kernels_of(0)->direct(&shape, &points, lobes, &first);
-        lf_kernels_of(0)->bounce(sources, 5, &points, bounce_first);
+        lf_kernels_of(0)->rsm_gather(sources, 5, &points, bounce_first);
         float u[3][LF_LANES];
         for (int i = 0; i < LF_LANES; i++)
             for (int c = 0; c < 3; c++)
-                u[c][i] = lf_lobe_samples[i][c];
+                u[c][i] = lf_brdf_samples[i][c];
         struct lf_aim aim_first, aim;
         lf_kernels_of(0)->aim(&shape, &points, u, &aim_first);
-        struct lf_block_hits hits = random_hits(&rng);
-        struct lf_lobe lobe = {{0, 1, 0}, {0, 1, 0}, {0.6f, 0.8f, 0}, 0.05f + 0.9f * ng_rng_float(&rng)};
-        float rays_first[LF_BLOCK_LANES], rays[LF_BLOCK_LANES];
+        struct lf_neighbour_rays hits = random_hits(&rng);
+        struct lf_shading_point lobe = {
+            {0, 1, 0}, {0, 1, 0}, {0.6f, 0.8f, 0}, 0.05f + 0.9f * ng_rng_float(&rng)};
+        float rays_first[LF_NEIGHBOUR_LANES], rays[LF_NEIGHBOUR_LANES];
         lf_kernels_of(0)->reflect(&lobe, 0.02f, &hits, rays_first);
-        for (int i = 0; i < LF_BLOCK_LANES; i++)
+        for (int i = 0; i < LF_NEIGHBOUR_LANES; i++)
             assert_true(rays_first[i] >= 0 && isfinite(rays_first[i]) &&
-                        (hits.way[1][i] > 0 || rays_first[i] == 0));
+                        (hits.to[1][i] > 0 || rays_first[i] == 0));
         for (int i = 0; i < LF_LANES; i++)
             sum += (double)(first.diffuse[0][i] + bounce_first[0][i]);
         assert_true(sum > 0);
         for (uint32_t k = 1; lf_kernels_of(k); k++) {
             lf_kernels_of(k)->direct(&shape, &points, lobes, &lit);
-            lf_kernels_of(k)->bounce(sources, 5, &points, bounce);
+            lf_kernels_of(k)->rsm_gather(sources, 5, &points, bounce);
             assert_memory_equal(&first, &lit, sizeof lit);
             assert_memory_equal(bounce_first, bounce, sizeof bounce);
             lf_kernels_of(k)->reflect(&lobe, 0.02f, &hits, rays);
@@ -317,9 +318,9 @@ static void instruction_sets_agree(void **state)
 static void sixteen_directions_are_the_spirals(void **state)
 {
     NG_UNUSED(state);
-    float spiral[LF_LOBE_SAMPLES][3];
-    lf_lobe_wind(LF_LOBE_SAMPLES, spiral);
-    assert_memory_equal(spiral, lf_lobe_samples, sizeof spiral);
+    float spiral[LF_BRDF_SAMPLES][3];
+    lf_brdf_spiral(LF_BRDF_SAMPLES, spiral);
+    assert_memory_equal(spiral, lf_brdf_samples, sizeof spiral);
 }
 
 int main(void)

@@ -99,7 +99,7 @@ static struct measured measure(struct scene *s)
     picture_encode(&p, s, SIZE, SIZE);
     m.visibility = malloc(size);
     assert_non_null(m.visibility);
-    memcpy(m.visibility, picture_view(&p, p.lights - 1, LF_INPUT_VIEW_DIFFUSE_REACHED, 0), size);
+    memcpy(m.visibility, picture_view(&p, p.lights - 1, LF_INPUT_VIEW_VISIBILITY_DIFFUSE, 0), size);
     m.visible = 0;
     for (int i = 0; i < SIZE * SIZE; i++)
         m.visible += (double)(m.visibility[i] * picture_view(&p, p.lights - 1, LF_INPUT_VIEW_DIFFUSE, 0)[i]);

@@ -62,7 +62,8 @@ static void power_does_not_matter(void **state)
     assert_true(*lf_light_clues_values(p.light[1])->of[LF_INPUT_LIGHT_SHARE] == 0);
     ((struct ng_light_point *)ng_world_edit(s.world, lamps[0], NG_LIGHT_POINT))->on = false;
     scene_frame(&s, 3);
-    lf_encode_powers(s.snapshot, p.pixels, p.light, 2); // alone, without encoding again
+    lf_clues_set_powers(s.snapshot, p.pixels, p.light, 2); // alone, without encoding again
+    OK(lf_clues_normalize(p.pixels));
     assert_true(picture_hash(&p, true) == hash);
     assert_true(*lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE] == 0);
     assert_true(*lf_light_clues_values(p.light[0])->of[LF_INPUT_LIGHT_SHARE] == 0);
@@ -229,8 +230,9 @@ static void build_low_lamp(struct scene *s)
 static void a_far_lamp_does_not_shadow_itself(void **state)
 {
     NG_UNUSED(state);
-    static const enum lf_net_input inputs[] = {LF_INPUT_VIEW_DIFFUSE_REACHED, LF_INPUT_VIEW_GLOSSY_REACHED,
-                                               LF_INPUT_VIEW_MIRROR, LF_INPUT_VIEW_GATHERED};
+    static const enum lf_net_input inputs[] = {LF_INPUT_VIEW_VISIBILITY_DIFFUSE,
+                                               LF_INPUT_VIEW_VISIBILITY_SPECULAR, LF_INPUT_VIEW_REFLECTION,
+                                               LF_INPUT_VIEW_IRRADIANCE_RAYS};
     struct pair p;
     pair_open(&p, build_low_lamp, 1, (const float[3]){1000, 0, 0});
     for (size_t i = 0; i < NG_COUNT(inputs); i++)
@@ -250,16 +252,17 @@ static void unread_inputs_are_left_out(void **state)
     scene_frame(&s, 0);
     picture_encode(&p, &s, 20, 20);
     picture_encode_with(&q, &s, 20, 20,
-                        UINT64_C(1) << LF_INPUT_VIEW_DIFFUSE | UINT64_C(1) << LF_INPUT_VIEW_BOUNCE, NULL);
+                        UINT64_C(1) << LF_INPUT_VIEW_DIFFUSE | UINT64_C(1) << LF_INPUT_VIEW_IRRADIANCE_RSM,
+                        NULL);
     const struct lf_net_values *few = lf_light_clues_values(q.light[1]);
-    assert_null(few->of[LF_INPUT_VIEW_OCCLUDER]);
-    assert_null(few->of[LF_INPUT_VIEW_MIRROR]);
-    assert_null(lf_pixel_clues_values(q.pixels)->of[LF_INPUT_PIXEL_MIRROR]);
+    assert_null(few->of[LF_INPUT_VIEW_SHADOW_DISTANCE]);
+    assert_null(few->of[LF_INPUT_VIEW_REFLECTION]);
+    assert_null(lf_pixel_clues_values(q.pixels)->of[LF_INPUT_PIXEL_REFLECTION_NEARNESS]);
     for (uint32_t c = 0; c < 3; c++) {
         assert_memory_equal(picture_view(&p, 1, LF_INPUT_VIEW_DIFFUSE, c),
                             picture_view(&q, 1, LF_INPUT_VIEW_DIFFUSE, c), 400 * sizeof(float));
-        assert_memory_equal(picture_view(&p, 1, LF_INPUT_VIEW_BOUNCE, c),
-                            picture_view(&q, 1, LF_INPUT_VIEW_BOUNCE, c), 400 * sizeof(float));
+        assert_memory_equal(picture_view(&p, 1, LF_INPUT_VIEW_IRRADIANCE_RSM, c),
+                            picture_view(&q, 1, LF_INPUT_VIEW_IRRADIANCE_RSM, c), 400 * sizeof(float));
     }
     picture_close(&p);
     picture_close(&q);
@@ -321,15 +324,15 @@ static void bad_numbers_end_at_the_door(void **state)
         uint16_t *halfs[] = {p.normal, p.diffuse, p.specular};
         halfs[i % 3][4 * i + i % 4] = bad[i % NG_COUNT(bad)];
     }
-    struct lf_encode_scene scene = {.tracer = s.tracer, .jobs = s.jobs};
-    OK(lf_encode_pixels(&scene,
-                        &(struct lf_encode_pixels_params){
-                            .gbuffer = {p.position, p.normal, p.diffuse, p.specular, p.emission},
-                            .width = SIZE,
-                            .height = SIZE},
-                        p.pixels));
+    struct lf_clues_scene scene = {.tracer = s.tracer, .jobs = s.jobs};
+    OK(lf_clues_pixels(
+        &scene,
+        &(struct lf_clues_pixels_params){.gbuffer = {p.position, p.normal, p.diffuse, p.specular, p.emission},
+                                         .width = SIZE,
+                                         .height = SIZE},
+        p.pixels));
     for (uint32_t i = 0; i < p.lights; i++)
-        OK(lf_encode_view(&scene, p.pixels, p.light[i]));
+        OK(lf_clues_view(&scene, p.pixels, p.light[i]));
     picture_hash(&p, false);
     picture_close(&p);
     scene_close(&s);

@@ -140,7 +140,7 @@ static void a_failed_allocation_costs_one_frame(void **state)
         failed = fail_once(&r, &bad, n);
         assert_same_picture(&r, &good, &bad, "a failed allocation");
     }
-    assert_true(n > 20);
+    assert_true(n > 10);
     method_close(&bad);
     method_close(&good);
     room_close(&r);

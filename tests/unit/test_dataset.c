@@ -294,8 +294,8 @@ static void a_square_before_a_wall(void **state)
             float x = 0.1f * (float)i, y = 0.1f * (float)k; // on the wall
             bool edge = fabsf(fmaxf(fabsf(x), fabsf(y)) - 2.0f / 3) < 0.04f;
             bool shadowed = fmaxf(fabsf(x), fabsf(y)) < 2.0f / 3;
-            struct lf_shadow s = lf_shadow_lookup(&map, (const float[]){1 + x, 2 + y, 3 - 4});
-            struct lf_shadow side = lf_shadow_lookup(&map, (const float[]){1 - 4, 2 + y, 3 + x});
+            struct lf_shadow_distance s = lf_shadow_lookup(&map, (const float[]){1 + x, 2 + y, 3 - 4});
+            struct lf_shadow_distance side = lf_shadow_lookup(&map, (const float[]){1 - 4, 2 + y, 3 + x});
             float length = sqrtf(16 + x * x + y * y), expected = shadowed ? length * 1.5f / 4 : length;
             assert_true(fabsf(s.receiver - length) < 1e-5f && fabsf(side.receiver - length) < 1e-5f);
             if (edge)
@@ -304,14 +304,14 @@ static void a_square_before_a_wall(void **state)
             assert_true(fabsf(side.occluder - expected) < 0.02f);
         }
     // The square itself is lit: d = d_f.
-    struct lf_shadow lit = lf_shadow_lookup(&map, (const float[]){1.1f, 2.05f, 1.5f});
+    struct lf_shadow_distance lit = lf_shadow_lookup(&map, (const float[]){1.1f, 2.05f, 1.5f});
     assert_true(fabsf(lit.receiver - lit.occluder) < 0.01f);
     // A face that is not there, and what the map does not reach.
-    struct lf_shadow behind = lf_shadow_lookup(&map, (const float[]){1, 2, 9});
+    struct lf_shadow_distance behind = lf_shadow_lookup(&map, (const float[]){1, 2, 9});
     assert_true(behind.receiver == 6 && behind.occluder == 6);
     light.tangent = 0.5f;
     light.layers = 2;
-    struct lf_shadow outside = lf_shadow_lookup(&map, (const float[]){1 + 3, 2, 3 - 4});
+    struct lf_shadow_distance outside = lf_shadow_lookup(&map, (const float[]){1 + 3, 2, 3 - 4});
     assert_true(outside.occluder == outside.receiver && outside.receiver == 5);
     free(depth);
 }
@@ -370,13 +370,14 @@ static void parallel_light(void **state)
                 depth[(w * FACE + y) * FACE + x] = 1 - (square ? 3.0f : 5.0f) / 10;
             }
     const struct lf_depth_map map = {&light, depth, 2, FACE};
-    struct lf_shadow under = lf_shadow_lookup(&map, (const float[]){0.2f, 0, 1.2f});
+    struct lf_shadow_distance under = lf_shadow_lookup(&map, (const float[]){0.2f, 0, 1.2f});
     assert_true(fabsf(under.receiver - 5) < 1e-5f && fabsf(under.occluder - 3) < 1e-5f);
-    struct lf_shadow open = lf_shadow_lookup(&map, (const float[]){0.2f, 0, -1.2f});
+    struct lf_shadow_distance open = lf_shadow_lookup(&map, (const float[]){0.2f, 0, -1.2f});
     assert_true(fabsf(open.receiver - 5) < 1e-5f && fabsf(open.occluder - 5) < 1e-5f);
-    struct lf_shadow far = lf_shadow_lookup(&map, (const float[]){5, 0, 5}); // in the second window alone
+    struct lf_shadow_distance far =
+        lf_shadow_lookup(&map, (const float[]){5, 0, 5}); // in the second window alone
     assert_true(fabsf(far.occluder - 5) < 1e-5f);
-    struct lf_shadow outside = lf_shadow_lookup(&map, (const float[]){9, 1, 0});
+    struct lf_shadow_distance outside = lf_shadow_lookup(&map, (const float[]){9, 1, 0});
     assert_true(outside.occluder == outside.receiver && fabsf(outside.receiver - 4) < 1e-5f);
     free(depth);
 }

@@ -35,7 +35,7 @@ struct room {
     struct ng_snapshot_light light;
     struct ng_snapshot snapshot;
     struct ng_gpu *gpu;
-    struct lf_observer *observer;
+    struct lf_capture *observer;
 };
 
 static void build_walls(struct room *r)
@@ -110,7 +110,7 @@ static int open_room(void **state)
     r->snapshot.camera.view[14] = -1;
     memcpy(r->snapshot.camera.previous_view, r->snapshot.camera.view, sizeof r->snapshot.camera.view);
     OK(ng_gpu_create(&(struct ng_gpu_params){0}, &r->gpu));
-    OK(lf_observer_create(r->gpu, NULL, &r->observer));
+    OK(lf_capture_create(r->gpu, NULL, &r->observer));
     *state = r;
     return 0;
 }
@@ -119,14 +119,14 @@ static int close_room(void **state)
 {
     struct room *r = *state;
     ng_light_finish(&r->light.source);
-    lf_observer_destroy(&r->observer);
+    lf_capture_destroy(&r->observer);
     ng_gpu_destroy(&r->gpu);
     free(r);
     return 0;
 }
 
 static void light_room(struct room *r, ng_component component, const void *params, size_t size,
-                       const float matrix[16], struct lf_observation *out)
+                       const float matrix[16], struct lf_captured_frame *out)
 {
     r->light = (struct ng_snapshot_light){
         .entity = {9 | 1ull << 32}, .name = "lamp", .image = NG_NONE, .version = 1};
@@ -136,8 +136,9 @@ static void light_room(struct room *r, ng_component component, const void *param
     memcpy(r->light.source.matrix, matrix, sizeof r->light.source.matrix);
     OK(ng_light_prepare(&r->light.source));
     r->light.power = ng_light_power(&r->light.source);
-    OK(lf_observe(r->observer,
-                  &(struct lf_observe_params){.snapshot = &r->snapshot, .width = SIZE, .height = SIZE}, out));
+    OK(lf_capture_frame(r->observer,
+                        &(struct lf_capture_params){.snapshot = &r->snapshot, .width = SIZE, .height = SIZE},
+                        out));
     assert_int_equal(out->light_count, 1);
 }
 
@@ -145,12 +146,12 @@ static void a_room_reflects_what_the_light_sends(void **state)
 {
     struct room *r = *state;
     const struct ng_light_point point = {.on = true, .color = {1, 0.5f, 0.25f}, .intensity = 3};
-    struct lf_observation o;
+    struct lf_captured_frame o;
     float matrix[16], sum[3] = {0}, vpls[3] = {0};
     identity(matrix);
     memcpy(matrix + 12, (const float[]){0.3f, -0.4f, 0.5f}, 3 * sizeof *matrix);
     light_room(r, NG_LIGHT_POINT, &point, sizeof point, matrix, &o);
-    const struct lf_light_observation *l = &o.lights[0];
+    const struct lf_captured_light *l = &o.lights[0];
     assert_int_equal(l->rsm_views, 6);
     for (size_t i = 0; i < 6 * NG_RSM_SIZE * NG_RSM_SIZE; i++) {
         const float *p = l->position + 4 * i;
@@ -179,12 +180,12 @@ static void lookups_agree_with_the_maps(void **state)
 {
     struct room *r = *state;
     const struct ng_light_point point = {.on = true, .color = {1, 1, 1}, .intensity = 1};
-    struct lf_observation o;
+    struct lf_captured_frame o;
     float matrix[16];
     identity(matrix);
     memcpy(matrix + 12, (const float[]){0.3f, -0.4f, 0.5f}, 3 * sizeof *matrix);
     light_room(r, NG_LIGHT_POINT, &point, sizeof point, matrix, &o);
-    const struct lf_light_observation *l = &o.lights[0];
+    const struct lf_captured_light *l = &o.lights[0];
     const struct lf_depth_map map = {&l->data, l->depth, l->depth_views, l->face_size};
     for (int w = 0; w < 6; w++)
         for (int i = -9; i <= 9; i++)
@@ -195,14 +196,14 @@ static void lookups_agree_with_the_maps(void **state)
                 p[(w / 2 + 2) % 3] = 0.21f * (float)k;
                 for (int c = 0; c < 3; c++)
                     square += (p[c] - matrix[12 + c]) * (p[c] - matrix[12 + c]);
-                struct lf_shadow s = lf_shadow_lookup(&map, p);
+                struct lf_shadow_distance s = lf_shadow_lookup(&map, p);
                 assert_true(fabsf(s.receiver - sqrtf(square)) < 1e-4f);
                 assert_true(fabsf(s.occluder - s.receiver) < 0.02f * s.receiver);
             }
     // The G-buffer is of the same room: every pixel is lit.
     for (size_t i = 0; i < SIZE * SIZE; i++) {
         const float *p = o.gbuffer.position + 4 * i;
-        struct lf_shadow s = lf_shadow_lookup(&map, p);
+        struct lf_shadow_distance s = lf_shadow_lookup(&map, p);
         assert_true(p[3] > 0 && fabsf(s.occluder - s.receiver) < 0.02f * s.receiver);
         assert_true(fabsf(ng_half_to_float(o.gbuffer.diffuse[4 * i]) - ALBEDO * 1.0f) < 1e-3f);
     }
@@ -213,15 +214,15 @@ static void the_ceiling_shadows_the_floor(void **state)
 {
     struct room *r = *state;
     const struct ng_light_directional sun = {.on = true, .color = {1, 1, 1}, .irradiance = 1};
-    struct lf_observation o;
+    struct lf_captured_frame o;
     const float down[16] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1}; // -Z becomes -Y
     light_room(r, NG_LIGHT_DIRECTIONAL, &sun, sizeof sun, down, &o);
-    const struct lf_light_observation *l = &o.lights[0];
+    const struct lf_captured_light *l = &o.lights[0];
     const struct lf_depth_map map = {&l->data, l->depth, l->depth_views, l->face_size};
     for (int i = -9; i <= 9; i++)
         for (int k = -9; k <= 9; k++) {
             const float p[3] = {0.2f * (float)i, -2, 0.2f * (float)k};
-            struct lf_shadow s = lf_shadow_lookup(&map, p);
+            struct lf_shadow_distance s = lf_shadow_lookup(&map, p);
             assert_true(fabsf(s.receiver - 6) < 1e-4f && fabsf(s.occluder - 2) < 1e-3f); // radius 4
         }
 }

@@ -67,8 +67,9 @@ static ng_result find_weights(const struct bench_neural_params *params, char *fo
 static ng_result join(struct subject *s)
 {
     char found[4096];
-    struct lf_neural_params params = {.jobs = s->stage->jobs, .always = true};
+    struct lf_neural_params params = {.jobs = s->stage->jobs};
     NG_TRY(find_weights(s->params, found, sizeof found, &params.weights));
+    ng_graph_ignore_keys(ng_renderer_graph(s->stage->renderer), true); // everything, in every frame
     NG_TRY(lf_neural_create(&params, &s->neural));
     return lf_neural_join(s->neural, ng_renderer_composer(s->stage->renderer));
 }
@@ -120,9 +121,9 @@ enum stage {
     TRACE,
     RSM,
     GBUFFER,
-    SCREEN,
+    PIXELS,
     CLUES,
-    POINTS,
+    LIGHT,
     UNET,
     GATHER,
     DISPLAY,
@@ -138,12 +139,12 @@ static const struct {
     {"RSM", "encode:", "/rsm", RSM, false},
     {"G-buffer", "gbuffer", "", GBUFFER, true},
     {NULL, "background", "", GBUFFER, true},
-    {"screen", "screen", "", SCREEN, false},
+    {"pixel clues", "clues:pixels", "", PIXELS, false},
     {"clues", "encode:", "/clues", CLUES, false},
-    {"VPLs, texels", "encode:", "/points", POINTS, false},
+    {"light encoding", "encode:", "/light", LIGHT, false},
     {"U-Net", "encode:", "/view", UNET, false},
     {"gather", "gather", "", GATHER, false},
-    {NULL, "powers", "", GATHER, false},
+    {NULL, "clues:normalization", "", GATHER, false},
     {"tone map", "tone map", "", DISPLAY, true},
     {NULL, "compose", "", DISPLAY, true},
 };
@@ -322,9 +323,9 @@ static ng_result measure_round(struct subject *s, uint32_t round, double share, 
     NG_TRY(read_stages(s, ms));
     NG_TRY(draw(s, &frame_ms));
     NG_TRY(read_stages(s, ms));
-    out->encode[round] += share * (ms[RSM] + ms[CLUES] + ms[POINTS] + ms[UNET]);
+    out->encode[round] += share * (ms[RSM] + ms[CLUES] + ms[LIGHT] + ms[UNET]);
     out->gather[round] += share * ms[GATHER];
-    out->network[round] += share * (ms[POINTS] + ms[UNET] + ms[GATHER]);
+    out->network[round] += share * (ms[LIGHT] + ms[UNET] + ms[GATHER]);
     return NG_OK;
 }
 
@@ -449,11 +450,11 @@ static ng_result measure_drag_rounds(struct subject *s, ng_entity lamp, struct b
     progress_begin(&progress, "dragged lamp", rounds);
     for (uint32_t i = 0; i < rounds && result == NG_OK; i++) {
         progress_update(&progress, i);
-        lf_neural_redo_always(s->neural, false);
+        ng_graph_ignore_keys(ng_renderer_graph(s->stage->renderer), false);
         result = move_lamp(s, lamp, i);
         if (result == NG_OK)
             result = draw(s, &drag[i]);
-        lf_neural_redo_always(s->neural, true);
+        ng_graph_ignore_keys(ng_renderer_graph(s->stage->renderer), true);
         if (result == NG_OK)
             result = draw(s, &redo[i]);
         ratio[i] = drag[i] / redo[i];

@@ -16,6 +16,20 @@ static void finish_image(struct lf_stored_image *s)
     *s = (struct lf_stored_image){0};
 }
 
+static void finish_store(struct lf_image_store *store)
+{
+    lf_memory_finish(&store->memory);
+    ng_array_finish(&store->images);
+}
+
+// What was laid out in other memory, or in what has been given back since, is nowhere.
+static void lend(struct lf_image_store *store, void *data, uint64_t size, bool fresh)
+{
+    if (fresh || store->memory.base != data || !store->memory.lent)
+        store->width = 0;
+    lf_memory_lend(&store->memory, data, size);
+}
+
 static size_t stride_of(uint32_t width)
 {
     return 2 * LF_BORDER + ((size_t)width + LF_STEP - 1) / LF_STEP * LF_STEP;
@@ -79,39 +93,110 @@ static struct lf_image shape_of(const struct lf_run *run, const struct lf_image_
                              .rows = image->rows};
 }
 
-// A light's pictures.
-static bool fit_images(struct lf_run *run, struct lf_stored_image *images, enum lf_image_owner owner)
+static uint64_t image_bytes(const struct lf_plan *plan, const struct lf_image_plan *p, uint32_t width,
+                            uint32_t height)
 {
-    const struct lf_plan *plan = &run->executor->plan;
+    const struct lf_value *v = &plan->net->values.items[p->value];
+    return is_of_rows(plan, p)
+               ? 0
+               : bytes_of(lf_level_size(width, v->level), lf_level_size(height, v->level), p->rows);
+}
+
+// Of a picture: the largest image that has the slot.
+static uint64_t slot_bytes(const struct lf_plan *plan, enum lf_image_owner owner, uint32_t slot,
+                           uint32_t width, uint32_t height)
+{
+    uint64_t largest = 0;
     for (size_t i = 0; i < plan->images.count; i++) {
         const struct lf_image_plan *p = &plan->images.items[i];
-        struct lf_image shape = shape_of(run, p);
-        if (p->owner == owner && !is_of_rows(plan, p) && !fit_image(&images[p->slot], &shape))
-            return false;
+        uint64_t bytes = p->owner == owner && p->slot == slot ? image_bytes(plan, p, width, height) : 0;
+        largest = bytes > largest ? bytes : largest;
     }
-    return true;
+    return largest;
+}
+
+static uint64_t store_bytes(const struct lf_plan *plan, enum lf_image_owner owner, uint32_t width,
+                            uint32_t height)
+{
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < plan->image_counts[owner]; i++)
+        bytes += lf_memory_part(slot_bytes(plan, owner, i, width, height));
+    return bytes;
+}
+
+// Memory for all images of an owner and a picture's size, zero throughout, unless it is that already.
+static ng_result lay_out(struct lf_run *run, enum lf_image_owner owner, uint32_t lights,
+                         struct lf_image_store *store)
+{
+    const struct lf_plan *plan = &run->executor->plan;
+    uint32_t width = run->picture_width, height = run->picture_height, count = plan->image_counts[owner];
+    if (store->width == width && store->height == height && store->lights >= lights)
+        return NG_OK;
+    store->width = 0;
+    if (!ng_array_resize(&store->images, (size_t)lights * count))
+        return ng_out_of_memory("the pictures of a network");
+    NG_TRY(lf_memory_begin(&store->memory, lights * store_bytes(plan, owner, width, height),
+                           "the pictures of a network"));
+    for (uint32_t i = 0; i < lights * count; i++) {
+        struct lf_stored_image *s = &store->images.items[i];
+        s->capacity = slot_bytes(plan, owner, i % count, width, height);
+        s->memory = lf_memory_take(&store->memory, s->capacity, 1);
+        if (!s->memory)
+            return ng_out_of_memory("the pictures of a network");
+        memset(s->memory, 0, s->capacity);
+    }
+    store->width = width;
+    store->height = height;
+    store->lights = lights;
+    return NG_OK;
+}
+
+// Where an image lies in the memory of its slot.
+static struct lf_image place_image(const struct lf_run *run, const struct lf_image_plan *p,
+                                   const struct lf_stored_image *slot)
+{
+    struct lf_image image = shape_of(run, p);
+    image.words = slot->memory;
+    image.stride = stride_of(image.width);
+    return image;
+}
+
+// Pictures of one image a slot.
+static ng_result fit_pictures(struct lf_run *run, enum lf_image_owner owner, uint32_t lights,
+                              struct lf_image_store *store)
+{
+    const struct lf_plan *plan = &run->executor->plan;
+    NG_TRY(lay_out(run, owner, lights, store));
+    for (uint32_t light = 0; light < lights; light++)
+        for (size_t i = 0; i < plan->images.count; i++) {
+            const struct lf_image_plan *p = &plan->images.items[i];
+            struct lf_stored_image *s = store->images.items + light * plan->image_counts[owner] + p->slot;
+            if (p->owner == owner && !is_of_rows(plan, p))
+                s->image = place_image(run, p, s);
+        }
+    return NG_OK;
 }
 
 // The executor's own: those of rows, or those of pictures. A slot has room for the largest of its images.
-static bool fit_shared(struct lf_run *run, bool rows)
+static ng_result fit_shared(struct lf_run *run, bool rows)
 {
     struct lf_net_executor *e = run->executor;
+    if (!rows)
+        NG_TRY(lay_out(run, LF_IMAGE_SHARED, 1, &e->work));
     for (size_t i = 0; i < e->plan.images.count; i++) {
         const struct lf_image_plan *p = &e->plan.images.items[i];
         struct lf_image shape = shape_of(run, p);
-        if (p->owner == LF_IMAGE_SHARED && is_of_rows(&e->plan, p) == rows &&
-            !fit_image(&e->slots.items[p->slot], &shape))
-            return false;
+        if (rows && p->owner == LF_IMAGE_SHARED && is_of_rows(&e->plan, p) &&
+            !fit_image(&e->rows.items[p->slot], &shape))
+            return ng_out_of_memory("the encoding of a light");
     }
     for (size_t i = 0; i < e->plan.images.count; i++) {
         const struct lf_image_plan *p = &e->plan.images.items[i];
-        if (p->owner != LF_IMAGE_SHARED || is_of_rows(&e->plan, p) != rows)
-            continue;
-        e->shared.items[i] = shape_of(run, p);
-        e->shared.items[i].words = e->slots.items[p->slot].memory;
-        e->shared.items[i].stride = e->slots.items[p->slot].image.stride;
+        if (p->owner == LF_IMAGE_SHARED && is_of_rows(&e->plan, p) == rows)
+            e->shared.items[i] =
+                place_image(run, p, rows ? &e->rows.items[p->slot] : &e->work.images.items[p->slot]);
     }
-    return true;
+    return NG_OK;
 }
 
 // Above and below of images that begin with this segment: those that had their memory before may have written
@@ -262,8 +347,9 @@ ng_result lf_net_encode_light(struct lf_net_executor *executor, struct lf_net_en
                          .vpl_count = inputs->vpl_count,
                          .texel_count = inputs->texel_count};
     encoding->has_light = false;
-    if (!fit_lights(executor, 1) || !fit_shared(&run, true))
+    if (!fit_lights(executor, 1))
         return ng_out_of_memory("the encoding of a light");
+    NG_TRY(fit_shared(&run, true));
     executor->lights.items[0] = (struct lf_run_light){.inputs = inputs->values, .vectors = encoding->vectors};
     take_vectors(executor, LF_DOMAIN_FRAME, false, inputs->values, executor->frame.items);
     take_vectors(executor, LF_DOMAIN_LIGHT, false, inputs->values, encoding->vectors);
@@ -285,11 +371,12 @@ ng_result lf_net_encode_view(struct lf_net_executor *executor, struct lf_net_enc
                          .picture_height = frame->height,
                          .light_count = 1};
     encoding->has_view = false;
-    if (!fit_lights(executor, 1) || !fit_images(&run, encoding->images, LF_IMAGE_ENCODING) ||
-        !fit_shared(&run, false))
+    if (!fit_lights(executor, 1))
         return ng_out_of_memory("the pictures of a light");
-    executor->lights.items[0] =
-        (struct lf_run_light){.inputs = view, .vectors = encoding->vectors, .images = encoding->images};
+    NG_TRY(fit_pictures(&run, LF_IMAGE_ENCODING, 1, &encoding->images));
+    NG_TRY(fit_shared(&run, false));
+    executor->lights.items[0] = (struct lf_run_light){
+        .inputs = view, .vectors = encoding->vectors, .images = encoding->images.images.items};
     take_vectors(executor, LF_DOMAIN_FRAME, false, frame->values, executor->frame.items);
     NG_TRY(run_stage(&run));
     encoding->has_view = true;
@@ -301,13 +388,10 @@ ng_result lf_net_encode_view(struct lf_net_executor *executor, struct lf_net_enc
 static ng_result fit_gather(struct lf_run *run)
 {
     struct lf_net_executor *e = run->executor;
-    uint32_t slots = e->plan.image_counts[LF_IMAGE_LIGHT];
-    size_t before = e->by_light.count, images = (size_t)run->light_count * slots;
-    bool ok = fit_lights(e, run->light_count) && fit_shared(run, false) &&
-              (images <= before || ng_array_resize(&e->by_light, images));
-    for (uint32_t i = 0; ok && slots && i < run->light_count; i++)
-        ok = fit_images(run, e->by_light.items + (size_t)i * slots, LF_IMAGE_LIGHT);
-    return ok ? NG_OK : ng_out_of_memory("the gather of a frame");
+    if (!fit_lights(e, run->light_count))
+        return ng_out_of_memory("the gather of a frame");
+    NG_TRY(fit_shared(run, false));
+    return fit_pictures(run, LF_IMAGE_LIGHT, run->light_count, &e->by_light);
 }
 
 static void set_light(struct lf_net_executor *e, uint32_t light, const struct lf_net_gathered *gathered)
@@ -316,7 +400,7 @@ static void set_light(struct lf_net_executor *e, uint32_t light, const struct lf
     memcpy(vectors, gathered->encoding->vectors, e->plan.kept_floats * sizeof *vectors);
     take_vectors(e, LF_DOMAIN_LIGHT, true, gathered->values, vectors);
     e->lights.items[light] = (struct lf_run_light){
-        .inputs = gathered->values, .vectors = vectors, .images = gathered->encoding->images};
+        .inputs = gathered->values, .vectors = vectors, .images = gathered->encoding->images.images.items};
 }
 
 static void clear_outputs(const struct lf_run *run)
@@ -402,7 +486,7 @@ static bool make_local_images(const struct lf_net_executor *e, struct lf_worker 
 static ng_result make_memory(struct lf_net_executor *e)
 {
     bool ok = ng_array_resize(&e->workers, ng_jobs_threads(e->jobs)) &&
-              ng_array_resize(&e->slots, e->plan.image_counts[LF_IMAGE_SHARED]) &&
+              ng_array_resize(&e->rows, e->plan.image_counts[LF_IMAGE_SHARED]) &&
               ng_array_resize(&e->shared, e->plan.images.count) &&
               ng_array_resize(&e->frame, e->plan.frame_floats);
     size_t tile = ((size_t)e->plan.rows + 1) * LF_ROW * sizeof(float);
@@ -473,14 +557,13 @@ void lf_net_executor_destroy(struct lf_net_executor **executor)
         free(e->workers.items[i].local);
         free(e->workers.items[i].tile);
     }
-    for (size_t i = 0; i < e->slots.count; i++)
-        finish_image(&e->slots.items[i]);
-    for (size_t i = 0; i < e->by_light.count; i++)
-        finish_image(&e->by_light.items[i]);
+    for (size_t i = 0; i < e->rows.count; i++)
+        finish_image(&e->rows.items[i]);
+    finish_store(&e->work);
+    finish_store(&e->by_light);
     ng_array_finish(&e->workers);
-    ng_array_finish(&e->slots);
+    ng_array_finish(&e->rows);
     ng_array_finish(&e->shared);
-    ng_array_finish(&e->by_light);
     ng_array_finish(&e->frame);
     ng_array_finish(&e->vectors);
     ng_array_finish(&e->light_biases);
@@ -505,38 +588,34 @@ bool lf_net_gather_reads(const struct lf_net_executor *executor, enum lf_net_inp
     return false;
 }
 
-static uint64_t image_bytes(const struct lf_plan *plan, size_t image, uint32_t width, uint32_t height)
-{
-    const struct lf_image_plan *p = &plan->images.items[image];
-    const struct lf_value *v = &plan->net->values.items[p->value];
-    return lf_is_rows(v->domain) || p->owner == LF_IMAGE_LOCAL
-               ? 0
-               : bytes_of(lf_level_size(width, v->level), lf_level_size(height, v->level), p->rows);
-}
-
-// Of a slot.
-static uint64_t largest_image(const struct lf_plan *plan, uint32_t slot, uint32_t width, uint32_t height)
-{
-    uint64_t largest = 0;
-    for (size_t i = 0; i < plan->images.count; i++)
-        if (plan->images.items[i].owner == LF_IMAGE_SHARED && plan->images.items[i].slot == slot) {
-            uint64_t bytes = image_bytes(plan, i, width, height);
-            largest = bytes > largest ? bytes : largest;
-        }
-    return largest;
-}
-
-uint64_t lf_net_executor_bytes(const struct lf_net_executor *executor, uint32_t width, uint32_t height,
-                               uint32_t lights)
+struct lf_net_bytes lf_net_picture_bytes(const struct lf_net_executor *executor, uint32_t width,
+                                         uint32_t height)
 {
     const struct lf_plan *plan = &executor->plan;
-    uint64_t bytes = 0;
-    for (size_t i = 0; i < plan->images.count; i++)
-        if (plan->images.items[i].owner != LF_IMAGE_SHARED)
-            bytes += lights * image_bytes(plan, i, width, height);
-    for (uint32_t i = 0; i < plan->image_counts[LF_IMAGE_SHARED]; i++)
-        bytes += largest_image(plan, i, width, height);
-    return bytes;
+    return (struct lf_net_bytes){.light = (plan->kept_floats + 1) * sizeof(float),
+                                 .work = store_bytes(plan, LF_IMAGE_SHARED, width, height),
+                                 .encoding = store_bytes(plan, LF_IMAGE_ENCODING, width, height),
+                                 .gather = store_bytes(plan, LF_IMAGE_LIGHT, width, height)};
+}
+
+void lf_net_executor_lend(struct lf_net_executor *executor, void *work, uint64_t size, bool fresh)
+{
+    lend(&executor->work, work, size, fresh);
+}
+
+void lf_net_executor_lend_gather(struct lf_net_executor *executor, void *gather, uint64_t size, bool fresh)
+{
+    lend(&executor->by_light, gather, size, fresh);
+}
+
+void lf_net_encoding_lend_light(struct lf_net_encoding *encoding, void *vectors)
+{
+    encoding->vectors = vectors;
+}
+
+void lf_net_encoding_lend(struct lf_net_encoding *encoding, void *pictures, uint64_t size, bool fresh)
+{
+    lend(&encoding->images, pictures, size, fresh);
 }
 
 enum lf_net_kernel lf_net_executor_kernel(const struct lf_net_executor *executor)
@@ -555,10 +634,8 @@ ng_result lf_net_encoding_create(struct lf_net_executor *executor, struct lf_net
     struct lf_net_encoding *e = calloc(1, sizeof *e);
     if (e) {
         e->executor = executor;
-        e->image_count = executor->plan.image_counts[LF_IMAGE_ENCODING];
-        e->vectors = calloc(executor->plan.kept_floats + 1, sizeof *e->vectors);
-        e->images = calloc(e->image_count + 1, sizeof *e->images);
-        if (!e->vectors || !e->images)
+        e->vectors = e->own_vectors = calloc(executor->plan.kept_floats + 1, sizeof *e->vectors);
+        if (!e->vectors)
             lf_net_encoding_destroy(&e);
     }
     *out = e;
@@ -570,10 +647,8 @@ void lf_net_encoding_destroy(struct lf_net_encoding **encoding)
     struct lf_net_encoding *e = *encoding;
     if (!e)
         return;
-    for (uint32_t i = 0; e->images && i < e->image_count; i++)
-        finish_image(&e->images[i]);
-    free(e->images);
-    free(e->vectors);
+    finish_store(&e->images);
+    free(e->own_vectors);
     free(e);
     *encoding = NULL;
 }

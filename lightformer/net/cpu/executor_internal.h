@@ -5,11 +5,20 @@
 #include "lightformer/net/cpu/plan_internal.h"
 
 #include "base/jobs.h"
+#include "lightformer/net/memory.h"
 
 struct lf_stored_image {
     struct lf_image image;
     void *memory;
     size_t capacity; // bytes
+};
+
+// Images of a picture's size: by slot, or by light and slot. Their borders are zero when they are laid out,
+// and nobody writes there.
+struct lf_image_store {
+    struct lf_memory memory;
+    NG_ARRAY(struct lf_stored_image) images;
+    uint32_t width, height, lights; // that they are laid out for; 0: they are not
 };
 
 // What a light is while a stage runs.
@@ -41,8 +50,9 @@ struct lf_net_executor {
     void **weights; // by product
     float **biases; // by product, padded
     NG_ARRAY(struct lf_worker) workers;
-    NG_ARRAY(struct lf_stored_image) slots, by_light; // memory of shared images; by light and slot
-    NG_ARRAY(struct lf_image) shared;                 // by number in the plan
+    struct lf_image_store work, by_light;  // shared images of pictures, by slot; by light and slot
+    NG_ARRAY(struct lf_stored_image) rows; // shared images of rows, by slot
+    NG_ARRAY(struct lf_image) shared;      // by number in the plan
     NG_ARRAY(float) frame, vectors, light_biases, sums;
     NG_ARRAY(struct lf_run_light) lights;
     bool profiling;
@@ -57,9 +67,8 @@ static inline float *lf_vector_of(const struct lf_net_executor *e, uint32_t valu
 
 struct lf_net_encoding {
     struct lf_net_executor *executor; // borrowed
-    float *vectors;                   // the kept part of a light's block
-    struct lf_stored_image *images;   // by slot
-    uint32_t image_count;
+    float *vectors, *own_vectors;     // the kept part of a light's block; where it is if nothing was lent
+    struct lf_image_store images;     // by slot
     bool has_light, has_view;
     uint32_t width, height;
 };

@@ -53,7 +53,8 @@ static const struct lf_image *image_at(const struct tile *t, uint32_t index)
     default:
         break;
     }
-    return &e->by_light.items[(size_t)t->light * e->plan.image_counts[LF_IMAGE_LIGHT] + plan->slot].image;
+    return &e->by_light.images.items[(size_t)t->light * e->plan.image_counts[LF_IMAGE_LIGHT] + plan->slot]
+                .image;
 }
 
 static float *vector_of(const struct tile *t, uint32_t value, uint32_t light)
