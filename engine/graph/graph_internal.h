@@ -195,6 +195,11 @@ ng_result graph_place(struct compile *c);
 // sync.c: barriers, batches, waits.
 ng_result graph_synchronise(struct compile *c);
 
+static inline uint64_t graph_align(uint64_t x, uint64_t alignment)
+{
+    return (x + alignment - 1) / alignment * alignment;
+}
+
 // The bytes of an image's linear copy: all layers of mip 0. 0: the format cannot be copied, or overflow.
 uint64_t graph_linear_size(const struct ng_graph_image_params *image);
 

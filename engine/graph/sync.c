@@ -12,6 +12,8 @@
 // Where a resource takes over memory, its first use waits for everything that touched the bytes before.
 #include "graph/graph_internal.h"
 
+#include <string.h>
+
 #define HOST        VK_PIPELINE_STAGE_2_HOST_BIT
 #define HOST_ACCESS (VK_ACCESS_2_HOST_READ_BIT | VK_ACCESS_2_HOST_WRITE_BIT)
 
@@ -47,12 +49,20 @@ struct need {
     bool write, final;
 };
 
+// Bytes of a block and who had them last. Those before did what they did before that one's first use.
+struct owned {
+    uint32_t block, resource;
+    uint64_t begin, end;
+};
+
 struct sync {
     struct compile *c;
     struct ng_graph *g;
     struct state *states; // by plan resource
     uint32_t batch;       // the one that is open
     uint32_t waited;      // batches below this number are done and the host knows
+    struct owned *owned;  // in order of block and offset
+    uint32_t owned_count;
 };
 
 static bool visible_to(const struct state *s, const struct need *n)
@@ -83,24 +93,49 @@ static ng_result add_barrier(struct sync *y, const struct ng_plan_barrier *b)
 
 // ---- Memory taken over ---------------------------------------------------------------------------------
 
-static bool shares_memory(const struct ng_plan_resource *a, const struct ng_plan_resource *b)
+// The first entry that ends behind `offset` of the block, or is of a later block.
+static uint32_t find_owned(const struct sync *y, uint32_t block, uint64_t offset)
 {
-    return a->block != NG_PLAN_NONE && a->block == b->block && a->offset < b->offset + b->size &&
-           b->offset < a->offset + a->size;
+    uint32_t low = 0, high = y->owned_count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        const struct owned *o = &y->owned[middle];
+        if (o->block < block || (o->block == block && o->end <= offset))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
 }
 
-// Adds to the barrier's source what earlier resources did in the memory of `resource`.
-static void take_over(const struct sync *y, uint32_t resource, struct ng_plan_barrier *b)
+// Adds to the barrier's source what earlier resources did in the memory of `resource`, which is its own now.
+static void take_over(struct sync *y, uint32_t resource, struct ng_plan_barrier *b)
 {
     const struct ng_plan_resource *r = &y->g->plan_resources.items[resource];
-    for (uint32_t i = 0; i < y->g->plan_resources.count; i++) {
-        const struct ng_plan_resource *other = &y->g->plan_resources.items[i];
-        if (i == resource || !shares_memory(r, other) || other->last_step >= r->first_step)
-            continue;
+    if (r->block == NG_PLAN_NONE)
+        return;
+    struct owned mine[3] = {{r->block, resource, r->offset, r->offset + r->size}};
+    uint32_t first = find_owned(y, r->block, r->offset), next = first, count = 1;
+    for (; next < y->owned_count && y->owned[next].block == r->block && y->owned[next].begin < mine[0].end;
+         next++) {
         b->alias = true;
-        b->src_stages |= y->c->stages[i];
-        b->src_access |= y->c->write_access[i];
+        b->src_stages |= y->c->stages[y->owned[next].resource];
+        b->src_access |= y->c->write_access[y->owned[next].resource];
     }
+    const struct owned left = next > first ? y->owned[first] : mine[0];
+    const struct owned right = next > first ? y->owned[next - 1] : mine[0];
+    if (left.begin < r->offset) {
+        mine[count++] = mine[0];
+        mine[0] = left;
+        mine[0].end = r->offset;
+    }
+    if (right.end > r->offset + r->size) {
+        mine[count] = right;
+        mine[count++].begin = r->offset + r->size;
+    }
+    memmove(y->owned + first + count, y->owned + next, (y->owned_count - next) * sizeof *y->owned);
+    memcpy(y->owned + first, mine, count * sizeof *mine);
+    y->owned_count = y->owned_count - (next - first) + count;
 }
 
 // ---- One need ------------------------------------------------------------------------------------------
@@ -272,7 +307,8 @@ ng_result graph_synchronise(struct compile *c)
     y.states = ng_arena_array(&g->arena, count, sizeof *y.states);
     c->stages = ng_arena_array(&g->arena, count, sizeof *c->stages);
     c->write_access = ng_arena_array(&g->arena, count, sizeof *c->write_access);
-    if (!y.states || !c->stages || !c->write_access)
+    y.owned = ng_arena_array(&g->arena, 2 * (size_t)count + 1, sizeof *y.owned); // each adds two at most
+    if (!y.states || !y.owned || !c->stages || !c->write_access)
         return graph_no_memory(g);
     g->plan_barriers.count = 0;
     for (uint32_t i = 0; i < count; i++)

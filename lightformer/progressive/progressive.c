@@ -4,9 +4,9 @@
 #include "lightformer/progressive/progressive.h"
 
 #include "base/array.h"
-#include "base/hash.h"
 #include "base/log.h"
 #include "base/system.h"
+#include "graph/key.h"
 #include "lightformer/reference/reference.h"
 #include "render/frame.h"
 
@@ -38,7 +38,7 @@ struct lf_progressive {
     NG_ARRAY(struct region) regions;    // in rows from the top
     NG_ARRAY(float) images[PART_COUNT]; // [height][width][4]
     uint32_t width, height;             // of all of these
-    uint64_t picture;                   // hash of what the picture shows
+    uint64_t picture;                   // key of what the picture shows; 0: of nothing
     uint32_t next;                      // region whose turn it is
     bool failed;                        // nothing more comes of this picture
     uint64_t slice_end_ns;              // of the last frame's slice
@@ -92,18 +92,18 @@ struct lf_progressive_stats lf_progressive_stats_of(const struct lf_progressive 
 // ---- What the picture is of ------------------------------------------------------------------------------
 
 // All that radiance follows from.
-static uint64_t hash_of(const struct ng_frame_info *frame)
+static uint64_t key_of(const struct ng_frame_info *frame)
 {
     const struct ng_snapshot *s = frame->snapshot;
     const uint64_t words[] = {frame->width,        frame->height,  s->geometry_version,
                               s->emission_version, s->environment, s->light_count};
     const float lens[] = {s->camera.fov_y, s->camera.near_plane, s->scene_radius};
-    uint64_t hash = ng_hash_bytes(0, words, sizeof words);
-    hash = ng_hash_bytes(hash, lens, sizeof lens);
-    hash = ng_hash_bytes(hash, s->camera.view, sizeof s->camera.view);
+    uint64_t key = ng_key_add_bytes(NG_KEY, words, sizeof words);
+    key = ng_key_add_bytes(key, lens, sizeof lens);
+    key = ng_key_add_bytes(key, s->camera.view, sizeof s->camera.view);
     for (uint32_t i = 0; i < s->light_count; i++)
-        hash = ng_hash_combine(hash, s->lights[i].version);
-    return hash ? hash : 1;
+        key = ng_key_add(key, s->lights[i].version);
+    return key;
 }
 
 // ---- Regions ---------------------------------------------------------------------------------------------
@@ -241,7 +241,7 @@ static ng_result advance(struct lf_progressive *p)
 
 static ng_result follow(struct lf_progressive *p, const struct ng_frame_info *frame)
 {
-    uint64_t picture = hash_of(frame);
+    uint64_t picture = key_of(frame);
     bool begins = picture != p->picture;
     if (begins)
         forget_picture(p, picture);
@@ -281,7 +281,7 @@ static ng_result consume(struct ng_composer *composer, void *user)
     if (!ng_frame_wants(data.frame, METHOD))
         return NG_OK;
     struct ng_graph *g = ng_composer_graph(composer);
-    bool current = hash_of(data.frame) == p->picture && !is_due(p);
+    bool current = key_of(data.frame) == p->picture && !is_due(p);
     for (int i = 0; i < PART_COUNT; i++) {
         char name[32];
         bool valid;
