@@ -280,6 +280,7 @@ static struct ng_pass *add_pass(const struct declaration *d, const char *name, n
                                                                 .run = run,
                                                                 .data = &data,
                                                                 .data_size = sizeof data,
+                                                                .flags = NG_PASS_ON_DEMAND,
                                                                 .key = key});
 }
 
