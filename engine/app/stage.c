@@ -167,6 +167,8 @@ ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *fra
         .shown = frame->shown,
         .layers = frame->layers,
         .layer_count = frame->layer_count,
+        .resources = frame->resources,
+        .resource_count = frame->resource_count,
         .overlay = frame->overlay,
         .overlay_user = frame->overlay_user,
     };

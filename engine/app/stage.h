@@ -62,6 +62,8 @@ struct ng_stage_frame {
     struct ng_shown shown;
     const char *const *layers;
     uint32_t layer_count;
+    const char *const *resources;
+    uint32_t resource_count;
     struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph, struct ng_graph_ref display);
     void *overlay_user;
 };

@@ -111,6 +111,22 @@ void lf_lend_emission(const struct ng_pass_context *ctx, const struct lf_pixel_b
 void lf_lend_embedding(const struct ng_pass_context *ctx, const struct lf_light_buffers *buffers, bool fresh,
                        struct lf_light_clues *clues, struct lf_net_encoding *encoding);
 
+// A clue, a texel or an embedding as planes: [channels][height][width]. Rows of VPLs and texels are one line.
+struct lf_clue {
+    uint32_t width, height, channels;
+    const float *planes; // valid until the next frame
+    float *own;
+};
+// The buffer of the graph that holds a clue by name ("pixel.normal", "LIGHT/view.diffuse",
+// "LIGHT/texel.flux", "LIGHT/embedding.0"; lightformer/net/inputs.inc), for ng_graph_readback: false if there
+// is no such clue, or its name does not fit. Lights have the names that they had when they were first seen.
+bool lf_encoder_clue_buffer(const char *clue, char *out, size_t size);
+// After a frame in which that buffer was read back, and has arrived. NG_ERROR_NOT_FOUND, logged, with the
+// reason.
+NG_NODISCARD ng_result lf_encoder_clue(const struct lf_encoder *encoder, const char *clue,
+                                       struct lf_clue *out);
+void lf_clue_finish(struct lf_clue *clue);
+
 // How often each part has been made so far, over all lights.
 struct lf_encoder_counters {
     uint64_t trace, pixels, normalization, rsm, light, clues, view;

@@ -104,6 +104,10 @@ const char *lf_net_kernel_name(enum lf_net_kernel kernel); // "avx512"
 NG_NODISCARD ng_result lf_net_encoding_create(struct lf_net_executor *executor, struct lf_net_encoding **out);
 void lf_net_encoding_destroy(struct lf_net_encoding **encoding);
 void lf_net_encoding_lend_light(struct lf_net_encoding *encoding, void *vectors);
+// Image `index` of the pictures that an encoding holds, after lf_net_encode_view, as
+// [channels][height][width]; a null `out` asks for its size. False: it has fewer.
+bool lf_net_encoding_image(const struct lf_net_encoding *encoding, uint32_t index, uint32_t *width,
+                           uint32_t *height, uint32_t *channels, float *out);
 void lf_net_encoding_lend(struct lf_net_encoding *encoding, void *pictures, uint64_t size, bool fresh);
 
 // Input values by enum lf_net_input; null is all zeros. Rows: [channels][count]. Pictures:

@@ -86,6 +86,11 @@ const struct lf_net *lf_neural_net(const struct lf_neural *n)
     return n->net;
 }
 
+ng_result lf_neural_clue(const struct lf_neural *n, const char *clue, struct lf_clue *out)
+{
+    return lf_encoder_clue(n->encoder, clue, out);
+}
+
 struct lf_neural_counters lf_neural_counters_of(const struct lf_neural *n)
 {
     return (struct lf_neural_counters){.encoder = lf_encoder_counters_of(n->encoder),

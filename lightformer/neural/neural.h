@@ -46,6 +46,9 @@ void lf_neural_leave(struct lf_neural *neural);
 
 const struct lf_net *lf_neural_net(const struct lf_neural *neural);
 
+// As lf_encoder_clue (lightformer/encode/encoder.h).
+NG_NODISCARD ng_result lf_neural_clue(const struct lf_neural *neural, const char *clue, struct lf_clue *out);
+
 struct lf_neural_counters {
     struct lf_encoder_counters encoder;
     uint64_t gather;

@@ -3,6 +3,7 @@
 #include "files.h"
 #include "output.h"
 #include "progress.h"
+#include "render_clues.h"
 #include "render_reference.h"
 #include "scene_file.h"
 
@@ -21,7 +22,7 @@
 
 struct render {
     const char *scene, *camera, *graph, *device, *resume, *weights;
-    struct cli_texts outputs;
+    struct cli_texts outputs, clues;
     uint32_t method, aovs, threads;
     struct cli_size size;
     struct cli_range frames, variation;
@@ -117,6 +118,11 @@ static const struct cli_option options[] = {
      .value = "LIST",
      .choice = aov_name,
      .doc = "more layers for the EXR"},
+    {.name = "--clue",
+     .kind = CLI_TEXTS,
+     .offset = offsetof(struct render, clues),
+     .value = "NAME=FILE.exr",
+     .doc = "neural: also write an input of the network or an embedding"},
     {.name = "--graph",
      .kind = CLI_TEXT,
      .flags = CLI_WRITES,
@@ -196,6 +202,7 @@ struct job {
     const char *wanted[OUTPUT_MAX_LAYERS + 1]; // the same and "display", as far as outputs need them
     uint32_t wanted_count;
     bool display;
+    struct render_clues clues;
 };
 
 static bool is_exr(const char *path)
@@ -215,6 +222,12 @@ static bool check_method(const struct render *r)
                  r->time_limit > 0 || r->resume;
     if (r->weights && strcmp(method_render_name(r->method), "neural") != 0)
         return refuse("--weights needs --method neural");
+    if (r->clues.count && strcmp(method_render_name(r->method), "neural") != 0)
+        return refuse("--clue needs --method neural");
+    if (r->clues.count && r->frames.given)
+        return refuse("--clue is of one picture, not of --frames");
+    if (!render_clues_check(&r->clues))
+        return false;
     if (!is_reference(r))
         return !asked || refuse("--spp, --depth, --sampler, --seed, --clamp, --aa, --time-limit and --resume "
                                 "need --method reference");
@@ -316,6 +329,8 @@ static ng_result draw(struct job *job, double time)
         .method = job->method->name,
         .layers = job->wanted,
         .layer_count = job->wanted_count,
+        .resources = job->clues.resources,
+        .resource_count = job->render->clues.count,
     };
     return ng_stage_draw(job->stage, &frame);
 }
@@ -521,6 +536,8 @@ static ng_result find_files(struct job *job)
     cli_files_add_options(&job->files, &cli_render_command, r);
     if (lf_neural_find_weights(r->scene, weights, sizeof weights))
         cli_files_read(&job->files, "the weights beside SCENE", weights);
+    for (uint32_t i = 0; i < r->clues.count; i++)
+        cli_files_write(&job->files, "--clue", render_clue_file(r->clues.items[i]));
     return each_output(r, add_output, &job->files);
 }
 
@@ -541,6 +558,8 @@ static ng_result check_outputs(const struct render *r)
     NG_TRY(each_output(r, check_output, NULL));
     if (r->graph)
         NG_TRY(ng_file_check_writable(r->graph));
+    for (uint32_t i = 0; i < r->clues.count; i++)
+        NG_TRY(ng_file_check_writable(render_clue_file(r->clues.items[i])));
     return r->resume ? ng_file_check_writable(r->resume) : NG_OK;
 }
 
@@ -577,10 +596,13 @@ static ng_result render(struct job *job)
             &(struct method_params){.stage = job->stage, .scene = r->scene, .weights = r->weights},
             &job->method_state));
     choose_layers(job);
+    render_clues_name(&r->clues, &job->clues);
     NG_TRY(begin_motion(job));
     NG_TRY(r->frames.given ? render_sequence(job) : render_picture(job));
     if (r->graph)
         NG_TRY(write_graph(job, r->graph));
+    NG_TRY(render_clues_write(&r->clues, &job->clues, ng_renderer_graph(job->stage->renderer),
+                              method_neural(job->method, job->method_state)));
     // The picture is there, but not all that was asked for.
     return render_reference_unsaved(job->reference) ? NG_ERROR_IO : NG_OK;
 }
@@ -607,6 +629,9 @@ const struct cli_command cli_render_command = {
     .name = "render",
     .summary = "Renders a scene to pictures; no display is needed.",
     .notes = "--aov all: every layer that the method computes.\n"
+             "--clue \"lamp/view.diffuse=x.exr\": what the network is given of a light; also pixel.normal, "
+             "lamp/texel.flux,\n"
+             "lamp/embedding.0. lightformer/net/inputs.inc lists all.\n"
              "--resume writes its file once a minute, at the end and at Ctrl-C (a second one ends at once): "
              "what is\n"
              "interrupted otherwise loses a minute at most.\n"

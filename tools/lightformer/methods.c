@@ -206,6 +206,11 @@ ng_result method_open(const struct method *method, const struct method_params *p
     return method->create ? method->create(params, state) : NG_OK;
 }
 
+struct lf_neural *method_neural(const struct method *method, void *state)
+{
+    return method->create == create_neural && state ? ((struct neural *)state)->neural : NULL;
+}
+
 void method_close(const struct method *method, void **state)
 {
     if (method->destroy && *state)

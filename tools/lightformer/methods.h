@@ -57,6 +57,8 @@ uint32_t method_choose(unsigned use, uint32_t option, const char *scene, const c
 // Makes a stage's renderer know a method. Close it before the stage.
 NG_NODISCARD ng_result method_open(const struct method *method, const struct method_params *params,
                                    void **state);
+// What is behind the method "neural"; null for others, and without weights.
+struct lf_neural *method_neural(const struct method *method, void *state);
 void method_close(const struct method *method, void **state);
 // Empty if there is nothing to say.
 void method_describe(const struct method *method, const void *state, char *out, size_t size);

@@ -613,6 +613,35 @@ void lf_net_encoding_lend_light(struct lf_net_encoding *encoding, void *vectors)
     encoding->vectors = vectors;
 }
 
+// One of two bf16 that share a word, or all of it.
+static float channel_of(uint32_t word, uint32_t group, uint32_t channel)
+{
+    uint32_t bits = group == 1 ? word : channel % 2 ? word & 0xffff0000u : word << 16;
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+bool lf_net_encoding_image(const struct lf_net_encoding *encoding, uint32_t index, uint32_t *width,
+                           uint32_t *height, uint32_t *channels, float *out)
+{
+    const struct lf_image_store *store = &encoding->images;
+    if (!encoding->has_view || index >= store->images.count)
+        return false;
+    const struct lf_image *image = &store->images.items[index].image;
+    uint32_t group = encoding->executor->plan.group;
+    *width = image->width;
+    *height = image->height;
+    *channels = image->channels;
+    for (uint32_t c = 0; out && c < image->channels; c++)
+        for (uint32_t y = 0; y < image->height; y++) {
+            const uint32_t *row = lf_image_at(image, y, c / group);
+            for (uint32_t x = 0; x < image->width; x++)
+                *out++ = channel_of(row[x], group, c);
+        }
+    return true;
+}
+
 void lf_net_encoding_lend(struct lf_net_encoding *encoding, void *pictures, uint64_t size, bool fresh)
 {
     lend(&encoding->images, pictures, size, fresh);
