@@ -138,6 +138,12 @@ static void drop_gone(struct lf_encoder *self, const struct ng_snapshot *s)
     }
 }
 
+static void mark_all_dark(struct lf_encoder *self)
+{
+    for (size_t i = 0; i < self->kept.count; i++)
+        self->kept.items[i]->active = false;
+}
+
 // ---- A frame ---------------------------------------------------------------------------------------------
 
 // Fills self->active from the list of maps: it has all lights that shine, under names of their own.
@@ -146,6 +152,7 @@ static ng_result list_lights(struct lf_encoder *self, struct ng_composer *compos
 {
     size_t count = ng_composer_count(composer, &ng_light_maps_item);
     drop_gone(self, frame->snapshot);
+    mark_all_dark(self);
     if (!ng_array_resize(&self->active, count) || !ng_array_resize(&self->clues, count))
         return ng_out_of_memory("the encodings of lights");
     for (size_t i = 0; i < count; i++) {
@@ -155,6 +162,7 @@ static ng_result list_lights(struct lf_encoder *self, struct ng_composer *compos
             find_kept(self, &frame->snapshot->lights[light->maps->light], light->maps->name, &light->kept));
         lf_light_clues_follow(light->kept->clues, frame->snapshot, light->maps->light);
         self->clues.items[i] = light->kept->clues;
+        light->kept->active = true;
     }
     return NG_OK;
 }
@@ -225,6 +233,7 @@ static void keep(struct lf_encoder *self, struct ng_graph *graph, const struct n
 {
     drop_gone(self, frame->snapshot);
     self->active.count = 0;
+    mark_all_dark(self);
     struct ng_frame_info last = *frame;
     last.width = self->width;
     last.height = self->height;

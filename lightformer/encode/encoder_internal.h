@@ -11,6 +11,7 @@
 struct lf_kept_light {
     ng_entity entity;
     const struct ng_light_type *type; // an entity may have lights of several types
+    bool active;                      // in this frame
     struct lf_light_clues *clues;
     struct lf_net_encoding *encoding;
     // Of its buffers: the light's when it was first seen, so that renaming redoes nothing.

@@ -6,6 +6,7 @@
 #include "lightformer/encode/encoder_internal.h"
 
 #include "graph/key.h"
+#include "lightformer/net/memory.h"
 #include "lightformer/trace/tracer.h"
 #include "render/light_gpu.h"
 
@@ -194,6 +195,12 @@ static ng_result encode_view(const struct ng_pass_context *ctx)
 
 // ---- Buffers ---------------------------------------------------------------------------------------------
 
+// A network may hold nothing there, but a buffer has a size.
+static uint64_t at_least_a_line(uint64_t bytes)
+{
+    return bytes ? bytes : LF_MEMORY_ALIGNMENT;
+}
+
 static struct ng_graph_ref persistent(struct ng_graph *g, const char *group, const char *what, uint64_t bytes,
                                       bool *valid)
 {
@@ -213,17 +220,9 @@ static void declare_light_buffers(struct ng_graph *g, const struct lf_encoder_in
     snprintf(group, sizeof group, "encode:%s", light);
     out->rsm = persistent(g, group, "rsm", lf_clues_rsm_bytes(self->params.vpl_count, views), NULL);
     out->light = persistent(g, group, "light", net.light, NULL);
-    out->embedding = persistent(g, group, "embedding", net.encoding, valid);
+    out->embedding = persistent(g, group, "embedding", at_least_a_line(net.encoding), valid);
     if (kept)
         out->kept = persistent(g, group, "kept", kept, NULL);
-}
-
-static bool is_active(const struct lf_encoder *self, const struct lf_kept_light *kept)
-{
-    for (size_t i = 0; i < self->active.count; i++)
-        if (self->active.items[i].kept == kept)
-            return true;
-    return false;
 }
 
 // What is off may come on again: its buffers live as long as they are declared.
@@ -233,7 +232,7 @@ static void keep_dark_lights(struct ng_graph *g, const struct lf_encoder_inputs 
     for (size_t i = 0; i < self->kept.count; i++) {
         struct lf_light_buffers buffers;
         bool valid;
-        if (!is_active(self, self->kept.items[i]))
+        if (!self->kept.items[i]->active)
             declare_light_buffers(g, in, self->kept.items[i]->name, self->kept.items[i]->views, &buffers,
                                   &valid);
     }
@@ -252,7 +251,7 @@ static void declare_buffers(struct ng_graph *g, struct lf_encoder_inputs *in)
             in->pixels.parts[i] = persistent(g, "clues", parts[i], bytes.pixels[i], NULL);
     in->work.memory = ng_graph_persistent_buffer(
         g, "network/work",
-        &(struct ng_graph_buffer_params){.size = net.work ? net.work : 64, .scratch = true}, &valid);
+        &(struct ng_graph_buffer_params){.size = at_least_a_line(net.work), .scratch = true}, &valid);
     in->work.fresh = !valid;
     for (size_t i = 0; i < self->active.count; i++) {
         struct lf_active_light *light = &self->active.items[i];
