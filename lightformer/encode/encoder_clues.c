@@ -120,7 +120,7 @@ ng_result lf_encoder_clue(const struct lf_encoder *self, const char *clue, struc
         return no_clue(clue, "clues are pixel.NAME, LIGHT/view.NAME, LIGHT/vpl.NAME, LIGHT/texel.NAME and "
                              "LIGHT/embedding.N; lightformer/net/inputs.inc lists them");
     const struct lf_active_light *light = n.light[0] ? find_light(self, n.light) : NULL;
-    if (n.light[0] && !light)
+    if (!light && (n.input < 0 || !is_of_picture(lf_net_inputs[n.input].domain)))
         return no_clue(clue, "no light of that name shines in the frame");
     if (n.input < 0)
         return show_embedding(clue, &n, light, out);
@@ -131,7 +131,7 @@ ng_result lf_encoder_clue(const struct lf_encoder *self, const char *clue, struc
     out->height = self->height;
     out->channels = info->channels;
     out->planes = values->of[n.input];
-    if (is_rows(info->domain)) {
+    if (light && is_rows(info->domain)) {
         out->width = info->domain == LF_DOMAIN_VPL ? lf_light_clues_vpls(light->kept->clues)
                                                    : lf_light_clues_texels(light->kept->clues);
         out->height = 1;

@@ -212,7 +212,8 @@ ng_result lf_slots_find(struct lf_tracer *t, const struct ng_snapshot *snapshot,
     NG_TRY(name_instances(t, snapshot));
     if (!ng_array_resize(&t->before, t->shown.count))
         return ng_out_of_memory("ray tracing");
-    memcpy(t->before.items, t->shown.items, t->shown.count * sizeof *t->shown.items);
+    for (size_t i = 0; i < t->shown.count; i++)
+        t->before.items[i] = t->shown.items[i];
     if (!ng_array_resize(&t->shown, snapshot->instance_count))
         return ng_out_of_memory("ray tracing");
     for (uint32_t i = 0; i < snapshot->instance_count; i++)
