@@ -601,8 +601,9 @@ static ng_result render(struct job *job)
     NG_TRY(r->frames.given ? render_sequence(job) : render_picture(job));
     if (r->graph)
         NG_TRY(write_graph(job, r->graph));
-    NG_TRY(render_clues_write(&r->clues, &job->clues, ng_renderer_graph(job->stage->renderer),
-                              method_neural(job->method, job->method_state)));
+    if (r->clues.count)
+        NG_TRY(render_clues_write(&r->clues, &job->clues, ng_renderer_graph(job->stage->renderer),
+                                  method_neural(job->method, job->method_state)));
     // The picture is there, but not all that was asked for.
     return render_reference_unsaved(job->reference) ? NG_ERROR_IO : NG_OK;
 }
