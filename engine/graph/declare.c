@@ -349,6 +349,11 @@ static struct ng_graph_ref record(struct ng_pass *pass, struct ng_graph_ref ref,
                                               : (struct ng_graph_ref){0};
 }
 
+static struct ng_graph_part part_of(const struct ng_graph_part *part)
+{
+    return part ? *part : (struct ng_graph_part){0}; // all of it
+}
+
 void ng_pass_read(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use)
 {
     record(pass, ref, (struct decl_use){.use = use});
@@ -362,7 +367,7 @@ void ng_pass_read_as(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use 
 void ng_pass_read_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use,
                        const struct ng_graph_part *part)
 {
-    record(pass, ref, (struct decl_use){.use = use, .part = *part});
+    record(pass, ref, (struct decl_use){.use = use, .part = part_of(part)});
 }
 
 struct ng_graph_ref ng_pass_write(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use)
@@ -373,7 +378,7 @@ struct ng_graph_ref ng_pass_write(struct ng_pass *pass, struct ng_graph_ref ref,
 struct ng_graph_ref ng_pass_write_part(struct ng_pass *pass, struct ng_graph_ref ref, enum ng_use use,
                                        const struct ng_graph_part *part)
 {
-    return record(pass, ref, (struct decl_use){.use = use, .write = true, .part = *part});
+    return record(pass, ref, (struct decl_use){.use = use, .write = true, .part = part_of(part)});
 }
 
 void ng_pass_after(struct ng_pass *pass, const char *name)
