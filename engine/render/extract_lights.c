@@ -353,6 +353,39 @@ static void choose_environment(struct ng_extractor *x)
     }
 }
 
+static bool is_lamp(const struct ng_extractor *x, const struct ng_light_slot *slot,
+                    const struct ng_snapshot_instance *instance)
+{
+    const float *albedo = slot->material.base_color;
+    float d[3], radius = x->snapshot.scene_radius;
+    for (int i = 0; i < 3; i++)
+        d[i] = instance->bounds_max[i] - instance->bounds_min[i];
+    float box = 2 * (d[0] * d[1] + d[1] * d[2] + d[2] * d[0]), sphere = 4 * NG_PI * radius * radius;
+    return !(albedo[0] > 0 || albedo[1] > 0 || albedo[2] > 0) && box <= NG_LAMP_MOST_SHARE * sphere;
+}
+
+// Last, since it follows from the scene's size as well.
+static void find_lamps(struct ng_extractor *x)
+{
+    bool changed = false;
+    for (size_t i = 0; i < x->slots.count; i++) {
+        const struct ng_light_slot *slot = &x->slots.items[i];
+        if (slot->instance == NG_NONE)
+            continue;
+        struct ng_snapshot_instance *instance = &x->instances.items[slot->instance];
+        uint32_t before = instance->flags;
+        instance->flags &= ~(uint32_t)NG_INSTANCE_LAMP;
+        bool lamp = is_lamp(x, slot, instance);
+        if (lamp)
+            instance->flags |= NG_INSTANCE_LAMP;
+        x->light_array.items[i].lamp = lamp;
+        changed |= instance->flags != before;
+        changed |= (instance->flags & (NG_INSTANCE_LAMP | NG_INSTANCE_MOVED)) == NG_INSTANCE_MOVED;
+    }
+    if (changed)
+        x->snapshot.surface_version = ++x->clock;
+}
+
 ng_result ng_extract_update_lights(struct ng_extractor *x, bool listed)
 {
     bool changed = listed;
@@ -361,6 +394,7 @@ ng_result ng_extract_update_lights(struct ng_extractor *x, bool listed)
     if (changed)
         NG_TRY(ng_extract_place_lights(x));
     choose_environment(x);
+    find_lamps(x);
     return NG_OK;
 }
 

@@ -70,6 +70,8 @@ ng_result ng_extract_touch(struct ng_extractor *x, uint32_t index)
     instance->flags |= NG_INSTANCE_MOVED;
     instance->version = ++x->clock;
     x->snapshot.geometry_version = x->clock;
+    if (index < x->pieces.count) // which emitters are lamps is found later
+        x->snapshot.surface_version = x->clock;
     return ng_array_push(&x->moved, index) ? NG_OK : ng_out_of_memory("the frame's scene");
 }
 
@@ -304,7 +306,7 @@ ng_result ng_extract_list_pieces(struct ng_extractor *x)
     }
     NG_TRY(list_emitters(x, &stayed));
     if (stayed != before) // something vanished
-        x->snapshot.geometry_version = ++x->clock;
+        x->snapshot.geometry_version = x->snapshot.surface_version = ++x->clock;
     for (size_t i = 0; i < x->old_pieces.count; i++)
         ng_extract_free_skin(&x->old_pieces.items[i].skin);
     x->old_pieces.count = x->old_instances.count = 0;

@@ -1,7 +1,8 @@
 // What the providers of a frame meet at (graph/provider.h): the items that one publishes and others consume.
 //
 //     ng_frame_item        one a frame, from the renderer: the snapshot and where its data is on the GPU
-//     ng_gbuffer_item      one a frame, from the G-buffer provider: what the camera sees
+//     ng_gbuffer_item      one a frame, from the G-buffer provider: what the camera sees; producers get the
+//                          same without lamps (ng_gbuffer_behind_lamps_item)
 //     ng_light_maps_item   one a light, from the light-maps provider: its reflective shadow map
 //     ng_radiance_item     one from each method that the frame wants: what arrives at the camera
 //
@@ -52,12 +53,15 @@ struct ng_gbuffer {
     struct ng_graph_ref normal;   // RGBA16F: shading normal, world; w: roughness
     struct ng_graph_ref diffuse;  // RGBA16F: diffuse albedo; w: x of the octahedral geometric normal
     struct ng_graph_ref specular; // RGBA16F: F0; w: y of the octahedral geometric normal
-    struct ng_graph_ref emission; // RGBA32F: emitted radiance, the environment's too
+    struct ng_graph_ref emission; // RGBA32F: emitted radiance, the environment's too; w: 1 on lamps, else 0
     struct ng_graph_ref motion;   // RG32F: pixels, now - before
     struct ng_graph_ref entity;   // R32_UINT: index half of the entity's id
     struct ng_graph_ref depth;    // D32F: reverse-Z
+    bool lamps;                   // the scene has some (render/snapshot.h)
 };
-extern const struct ng_item_type ng_gbuffer_item;
+extern const struct ng_item_type ng_gbuffer_item; // for consumers
+extern const struct ng_item_type
+    ng_gbuffer_behind_lamps_item; // for producers: before lamps are drawn over it
 
 // The reflective shadow map of one light (paper 4.2; conventions in engine/README.md, "Light observation").
 struct ng_light_maps {

@@ -1,4 +1,4 @@
-// The passes "gbuffer" and "background".
+// The passes "gbuffer", "gbuffer lamps" and "background".
 #include "render/gbuffer.h"
 
 #include "base/log.h"
@@ -20,6 +20,7 @@
 #include <string.h>
 
 const struct ng_item_type ng_gbuffer_item = {"gbuffer", sizeof(struct ng_gbuffer)};
+const struct ng_item_type ng_gbuffer_behind_lamps_item = {"gbuffer behind lamps", sizeof(struct ng_gbuffer)};
 
 #define COLORS 7
 static const struct {
@@ -148,6 +149,7 @@ void ng_gbuffer_destroy(struct ng_gbuffer_provider **provider)
 struct pass_data {
     const struct ng_gbuffer_provider *provider;
     const struct ng_frame_info *frame;
+    enum ng_draw_lamps lamps;
 };
 
 static ng_result draw_scene(const struct ng_pass_context *ctx)
@@ -166,7 +168,8 @@ static ng_result draw_scene(const struct ng_pass_context *ctx)
                                  .view_projection = ng_scene_gpu_camera(scene),
                                  .mirrors = ng_scene_gpu_camera_mirrors(scene),
                                  .skip_light = NG_NONE,
-                                 .cull_back = true});
+                                 .cull_back = true,
+                                 .lamps = d->lamps});
 }
 
 static ng_result draw_background(const struct ng_pass_context *ctx)
@@ -194,54 +197,75 @@ static ng_result draw_background(const struct ng_pass_context *ctx)
     return NG_OK;
 }
 
+static struct ng_graph_ref add_target(struct ng_graph *g, const struct ng_frame_info *frame, const char *name,
+                                      VkFormat format)
+{
+    return ng_graph_add_image(
+        g, name,
+        &(struct ng_graph_image_params){
+            .format = format, .width = frame->width, .height = frame->height, .clear = true});
+}
+
+static struct ng_pass *add_pass(struct ng_graph *g, const char *name, ng_pass_fn run,
+                                const struct pass_data *data)
+{
+    return ng_graph_add_pass(
+        g, &(struct ng_pass_params){
+               .name = name, .kind = NG_PASS_RASTER, .run = run, .data = data, .data_size = sizeof *data});
+}
+
+static void add_scene(struct ng_graph *g, const char *name, const struct pass_data *data,
+                      struct ng_gbuffer *images)
+{
+    struct ng_graph_ref *const order[COLORS] = {&images->position, &images->normal,   &images->diffuse,
+                                                &images->specular, &images->emission, &images->motion,
+                                                &images->entity};
+    struct ng_pass *pass = add_pass(g, name, draw_scene, data);
+    for (int i = 0; i < COLORS; i++) {
+        if (!order[i]->id)
+            *order[i] = add_target(g, data->frame, colors[i].name, colors[i].format);
+        *order[i] = ng_pass_write(pass, *order[i], NG_USE_COLOR);
+    }
+    images->depth = ng_pass_write(pass, images->depth, NG_USE_DEPTH);
+}
+
+static bool has_lamps(const struct ng_snapshot *s)
+{
+    for (uint32_t i = 0; i < s->light_count; i++)
+        if (s->lights[i].lamp)
+            return true;
+    return false;
+}
+
 static ng_result produce(struct ng_composer *composer, void *user)
 {
-    const struct ng_gbuffer_provider *self = user;
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
-    struct pass_data data = {self, frame};
-    struct ng_graph_ref refs[COLORS];
-    struct ng_graph_ref depth =
-        ng_graph_add_image(g, "gbuffer/depth",
-                           &(struct ng_graph_image_params){.format = VK_FORMAT_D32_SFLOAT,
-                                                           .width = frame->width,
-                                                           .height = frame->height,
-                                                           .clear = true}); // reverse-Z: 0 is infinitely far
-    struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "gbuffer",
-                                                                         .kind = NG_PASS_RASTER,
-                                                                         .run = draw_scene,
-                                                                         .data = &data,
-                                                                         .data_size = sizeof data});
-    for (int i = 0; i < COLORS; i++)
-        refs[i] = ng_pass_write(pass,
-                                ng_graph_add_image(g, colors[i].name,
-                                                   &(struct ng_graph_image_params){.format = colors[i].format,
-                                                                                   .width = frame->width,
-                                                                                   .height = frame->height,
-                                                                                   .clear = true}),
-                                NG_USE_COLOR);
-    depth = ng_pass_write(pass, depth, NG_USE_DEPTH);
+    const struct pass_data data = {user, frame, NG_LAMPS_NOT};
+    struct ng_gbuffer images = {.lamps = has_lamps(frame->snapshot)};
+    images.depth = add_target(g, frame, "gbuffer/depth", VK_FORMAT_D32_SFLOAT); // reverse-Z: 0 is far
+    add_scene(g, "gbuffer", &data, &images);
+    return ng_composer_publish(composer, &ng_gbuffer_behind_lamps_item, &images);
+}
+
+static ng_result consume(struct ng_composer *composer, void *user)
+{
+    struct ng_graph *g = ng_composer_graph(composer);
+    const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
+    const struct pass_data data = {user, frame, NG_LAMPS_ONLY};
+    struct ng_gbuffer images;
+    memcpy(&images, ng_composer_get(composer, &ng_gbuffer_behind_lamps_item, 0), sizeof images);
+    if (images.lamps)
+        add_scene(g, "gbuffer lamps", &data, &images);
     if (frame->snapshot->environment != NG_NONE) {
-        pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "background",
-                                                             .kind = NG_PASS_RASTER,
-                                                             .run = draw_background,
-                                                             .data = &data,
-                                                             .data_size = sizeof data});
-        ng_pass_read(pass, depth, NG_USE_DEPTH_READ);
-        refs[4] = ng_pass_write(pass, refs[4], NG_USE_COLOR);
+        struct ng_pass *pass = add_pass(g, "background", draw_background, &data);
+        ng_pass_read(pass, images.depth, NG_USE_DEPTH_READ);
+        images.emission = ng_pass_write(pass, images.emission, NG_USE_COLOR);
     }
-    return ng_composer_publish(composer, &ng_gbuffer_item,
-                               &(struct ng_gbuffer){.position = refs[0],
-                                                    .normal = refs[1],
-                                                    .diffuse = refs[2],
-                                                    .specular = refs[3],
-                                                    .emission = refs[4],
-                                                    .motion = refs[5],
-                                                    .entity = refs[6],
-                                                    .depth = depth});
+    return ng_composer_publish(composer, &ng_gbuffer_item, &images);
 }
 
 struct ng_provider ng_gbuffer_provider(struct ng_gbuffer_provider *provider)
 {
-    return (struct ng_provider){.name = "gbuffer", .produce = produce, .user = provider};
+    return (struct ng_provider){.name = "gbuffer", .produce = produce, .consume = consume, .user = provider};
 }

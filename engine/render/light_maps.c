@@ -233,8 +233,11 @@ static uint64_t key_of_views(const struct ng_frame_info *frame, const struct ng_
                              const struct ng_light_view_data *views, uint32_t count)
 {
     uint64_t key = ng_key_add_bytes(NG_KEY, views, count * sizeof *views);
-    for (uint32_t i = 0; i < count; i++)
-        key = ng_key_add(key, ng_scene_gpu_seen(frame->scene, views[i].view_projection, l->data.index));
+    for (uint32_t i = 0; i < count; i++) {
+        struct ng_seen_params seen = {.skip_light = l->data.index};
+        memcpy(seen.view_projection, views[i].view_projection, sizeof seen.view_projection);
+        key = ng_key_add(key, ng_scene_gpu_seen(frame->scene, &seen));
+    }
     return key;
 }
 

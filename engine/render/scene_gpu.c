@@ -260,16 +260,20 @@ static void frustum_planes(const float *m, float planes[6][4])
     }
 }
 
+// Whether something of it may be where n . p + d >= 0.
+static bool reaches(const float plane[4], const struct ng_snapshot_instance *i)
+{
+    float far = plane[3];
+    for (int a = 0; a < 3; a++)
+        far += plane[a] * (plane[a] > 0 ? i->bounds_max[a] : i->bounds_min[a]);
+    return !(far < 0);
+}
+
 static bool inside(float planes[6][4], const struct ng_snapshot_instance *i)
 {
-    for (int p = 0; p < 6; p++) {
-        const float *n = planes[p];
-        float far = n[3];
-        for (int a = 0; a < 3; a++)
-            far += n[a] * (n[a] > 0 ? i->bounds_max[a] : i->bounds_min[a]);
-        if (far < 0)
+    for (int p = 0; p < 6; p++)
+        if (!reaches(planes[p], i))
             return false;
-    }
     return true;
 }
 
@@ -344,6 +348,13 @@ static bool is_skipped(const struct ng_snapshot *s, const struct ng_snapshot_ins
     return light != NG_NONE && i->light != NG_NONE && s->lights[i->light].place == s->lights[light].place;
 }
 
+static bool is_drawn(const struct ng_snapshot *s, const struct ng_snapshot_instance *i,
+                     const struct ng_draw_params *p)
+{
+    bool lamp = i->flags & NG_INSTANCE_LAMP;
+    return (lamp ? p->lamps != NG_LAMPS_NOT : p->lamps != NG_LAMPS_ONLY) && !is_skipped(s, i, p->skip_light);
+}
+
 ng_result ng_scene_gpu_draw(struct ng_scene_gpu *s, struct ng_cmd *cmd, const struct ng_draw_params *params)
 {
     struct draw_state d = {.scene = s, .cmd = cmd, .params = params};
@@ -353,7 +364,7 @@ ng_result ng_scene_gpu_draw(struct ng_scene_gpu *s, struct ng_cmd *cmd, const st
     for (uint32_t i = 0; i < s->order.count; i++) {
         const struct draw_key *key = &s->order.items[i];
         const struct ng_snapshot_instance *instance = &s->snapshot->instances[key->instance];
-        if (is_skipped(s->snapshot, instance, params->skip_light) || !inside(planes, instance))
+        if (!is_drawn(s->snapshot, instance, params) || !inside(planes, instance))
             continue;
         if (run.count && run.first + run.count == i && joins(run.key, key)) {
             run.count++;
@@ -365,14 +376,15 @@ ng_result ng_scene_gpu_draw(struct ng_scene_gpu *s, struct ng_cmd *cmd, const st
     return draw_run(&d, &run);
 }
 
-uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *s, const float *view_projection, uint32_t skip_light)
+uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *s, const struct ng_seen_params *p)
 {
     float planes[6][4];
-    frustum_planes(view_projection, planes);
+    frustum_planes(p->view_projection, planes);
     uint64_t key = NG_KEY;
     for (uint32_t i = 0; i < s->snapshot->instance_count; i++) {
         const struct ng_snapshot_instance *instance = &s->snapshot->instances[i];
-        if (!is_skipped(s->snapshot, instance, skip_light) && inside(planes, instance))
+        if (!is_skipped(s->snapshot, instance, p->skip_light) && inside(planes, instance) &&
+            (!p->in_front || reaches(p->front, instance)))
             key = ng_key_add(ng_key_add(key, instance->entity.id), instance->version);
     }
     return key;

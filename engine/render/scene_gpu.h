@@ -73,13 +73,20 @@ struct ng_draw_params {
     bool mirrors;                 // the view is a mirror's: front faces turn the other way on screen
     uint32_t skip_light;          // emitters in the place of this light are not drawn; NG_NONE: all are
     bool cull_back;               // one-sided surfaces are seen from the front only
+    // Lamps (render/snapshot.h) alone, or all but them.
+    enum ng_draw_lamps { NG_LAMPS_TOO, NG_LAMPS_ONLY, NG_LAMPS_NOT } lamps;
 };
 NG_NODISCARD ng_result ng_scene_gpu_draw(struct ng_scene_gpu *scene, struct ng_cmd *cmd,
                                          const struct ng_draw_params *params);
 
+struct ng_seen_params {
+    float view_projection[16];
+    uint32_t skip_light; // as for draws
+    bool in_front;       // only what reaches to where front . (p, 1) >= 0
+    float front[4];
+};
 // A key (graph/key.h) of everything that a view of the scene shows.
-uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *scene, const float *view_projection,
-                           uint32_t skip_light);
+uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *scene, const struct ng_seen_params *params);
 
 NG_EXTERN_C_END
 

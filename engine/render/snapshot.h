@@ -40,7 +40,13 @@ enum {
     NG_INSTANCE_MIRRORED = 2, // negative determinant: front faces are clockwise
     NG_INSTANCE_MASKED = 4,   // alpha mask
     NG_INSTANCE_MOVED = 8,    // its version differs from the last extraction's, or it is new
+    NG_INSTANCE_LAMP = 16,    // the surface of a light that reflects nothing and is small in the scene
 };
+
+// The surface of a lamp (NG_INSTANCE_LAMP), with both its sides, is at most this part of the sphere around
+// the scene: as many of the rays that leave a point of it meet the lamp, in the mean. A method may let such
+// rays pass, so that what does not see the lamp need not follow it.
+#define NG_LAMP_MOST_SHARE (1.0f / 400)
 
 struct ng_snapshot_instance {
     ng_entity entity;
@@ -82,6 +88,7 @@ struct ng_snapshot_light {
     struct ng_light_source source; // light/light.h: type and everything its functions need, prepared
     uint32_t image;                // of the environment's map in the snapshot's images, or NG_NONE
     uint32_t place;                // index of the first light whose surface coincides with this one's
+    bool lamp;                     // its surface is one (NG_INSTANCE_LAMP)
     float power;                   // Phi of conventions, W
     uint64_t version;              // of the source: the same version means the same light
     uint64_t unit_version;         // the same, of ng_light_unit: whatever its brightness
@@ -102,6 +109,7 @@ struct ng_snapshot {
     float place_size;
     uint32_t environment;      // index of the light that is visible behind everything, or NG_NONE
     uint64_t geometry_version; // changes when any instance's version does, or one appears or vanishes
+    uint64_t surface_version;  // the same of all instances but lamps; it may change more often
     uint64_t emission_version; // changes when an instance that is no light emits in another way
 };
 

@@ -6,7 +6,7 @@ layout(location = 0) out vec4 out_position;  // world; w: 1 where there is a sur
 layout(location = 1) out vec4 out_normal;    // shading normal; w: roughness
 layout(location = 2) out vec4 out_diffuse;   // w: x of the octahedral geometric normal
 layout(location = 3) out vec4 out_specular;  // F0; w: y of the octahedral geometric normal
-layout(location = 4) out vec4 out_emission;
+layout(location = 4) out vec4 out_emission;  // w: 1 on lamps
 layout(location = 5) out vec2 out_motion;    // pixels, now - before, x right, y down
 layout(location = 6) out uint out_entity;
 
@@ -46,7 +46,7 @@ void main()
     out_normal = vec4(s.normal, s.roughness);
     out_diffuse = vec4(s.diffuse, o.x);
     out_specular = vec4(s.f0, o.y);
-    out_emission = vec4(min(s.emission, NG_RADIANCE_MAX), 0);
+    out_emission = vec4(min(s.emission, NG_RADIANCE_MAX), (instance.flags & NG_INSTANCE_LAMP) != 0 ? 1 : 0);
 #ifdef NG_MOVING
     vec3 previous = in_previous;
 #else

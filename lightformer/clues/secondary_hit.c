@@ -42,7 +42,7 @@ void lf_secondary_cast(const struct lf_clues_scene *scene, const struct lf_space
     lf_to_world(space, position, world);
     memcpy(ray.direction, hit->direction, sizeof ray.direction);
     lf_trace_origin(scene->tracer, world, flat, ray.direction, ray.origin);
-    hit->met = lf_trace_closest(scene->tracer, &ray, LF_RAY_ALL, &met);
+    hit->met = lf_trace_closest(scene->tracer, &ray, LF_RAY_PAST_LAMPS, &met);
     if (!hit->met)
         return;
     lf_surface_at(scene->tracer, &met, &surface);

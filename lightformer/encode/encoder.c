@@ -255,7 +255,7 @@ static ng_result produce(struct ng_composer *composer, void *user)
     NG_TRY(list_lights(self, composer, frame));
     lf_clues_set_powers(frame->snapshot, self->pixels, self->clues.items, (uint32_t)self->clues.count);
     struct lf_encoder_inputs in = {
-        .self = self, .frame = frame, .gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0)};
+        .self = self, .frame = frame, .gbuffer = ng_composer_get(composer, &ng_gbuffer_behind_lamps_item, 0)};
     lf_encoder_declare(ng_composer_graph(composer), &in);
     return publish(composer, &in);
 }

@@ -47,18 +47,19 @@ struct lf_encoder {
 struct lf_encoder_inputs {
     struct lf_encoder *self;
     const struct ng_frame_info *frame;
-    const struct ng_gbuffer *gbuffer;
-    struct ng_graph_ref rays; // token: the tracer is at the frame's snapshot
+    const struct ng_gbuffer *gbuffer; // behind lamps
+    struct ng_graph_ref rays;         // token: the tracer is at the frame's snapshot
     struct lf_pixel_buffers pixels;
     struct lf_net_work work;
 };
 
 // ---- encoder_keys.c: what the passes depend on besides what they read ------------------------------------
 
-// Camera, and everything that it or a ray of a reflection may meet.
+// Camera, and everything that it or a ray of a reflection may meet: all but lamps.
 uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_frame_info *frame);
 // The emitter but for its power, and everything inside of its views.
-uint64_t lf_encoder_rsm_key(const struct ng_frame_info *frame, const struct lf_active_light *light);
+uint64_t lf_encoder_rsm_key(const struct lf_encoder *self, const struct ng_frame_info *frame,
+                            const struct lf_active_light *light);
 // Of networks that know the power itself (`paper`) more depends on it than the gather.
 uint64_t lf_encoder_light_key(const struct lf_encoder *self, const struct ng_snapshot *s, uint32_t light);
 // The powers of all lights, which the gather depends on.

@@ -8,6 +8,10 @@
 #include <math.h>
 #include <string.h>
 
+// Lamps in a row on a ceiling do not see one another, whatever rounding says: what is less than this part of
+// the scene's radius in front of an emitter is beside it.
+#define FRONT 1e-6f
+
 static bool reads(const struct lf_encoder *self, enum lf_net_input input)
 {
     return self->reads >> input & 1;
@@ -20,25 +24,47 @@ uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_fr
                              s->scene_center[0],    s->scene_center[1],    s->scene_center[2],
                              s->camera.position[0], s->camera.position[1], s->camera.position[2],
                              s->place_size};
-    const uint64_t words[] = {s->geometry_version, frame->width, frame->height};
+    const uint64_t words[] = {s->surface_version, frame->width, frame->height};
     uint64_t key = ng_key_add_bytes(NG_KEY, words, sizeof words);
     key = ng_key_add_bytes(key, numbers, sizeof numbers);
     key = ng_key_add_bytes(key, s->camera.view, sizeof s->camera.view);
     return reads(self, LF_INPUT_PIXEL_REFLECTION_EMISSION) ? ng_key_add(key, s->emission_version) : key;
 }
 
-// What rays into a view may meet. Those of a perspective begin at the light, not at its near plane.
-static uint64_t key_of_view(const struct ng_frame_info *frame, const struct ng_light_gpu *l, uint32_t view,
-                            uint32_t light)
+// The half space that a flat emitter shines into: of n . p + d >= 0, n and d. False: it is not flat.
+static bool front_of(const struct ng_light_source *source, float scene_radius, float plane[4])
 {
-    float m[16];
-    memcpy(m, l->rsm_views[view].view_projection, sizeof m);
-    if (!l->data.window_count)
-        m[14] = 0; // the near plane's distance
-    return ng_scene_gpu_seen(frame->scene, m, light);
+    struct ng_light_surface surface;
+    struct ng_light_proxy proxy;
+    if (!source->type->surface)
+        return false;
+    source->type->surface(source, &surface);
+    if (surface.shape != NG_LIGHT_SHAPE_RECTANGLE && surface.shape != NG_LIGHT_SHAPE_DISK)
+        return false;
+    ng_light_proxy_of(source, &proxy);
+    memcpy(plane, proxy.direction, sizeof proxy.direction);
+    plane[3] = -FRONT * scene_radius;
+    for (int k = 0; k < 3; k++)
+        plane[3] -= plane[k] * proxy.position[k];
+    return true;
 }
 
-uint64_t lf_encoder_rsm_key(const struct ng_frame_info *frame, const struct lf_active_light *light)
+// What rays into a view may meet. Those of a perspective begin at the light, not at its near plane.
+static uint64_t key_of_view(const struct lf_encoder *self, const struct ng_frame_info *frame,
+                            const struct ng_light_gpu *l, uint32_t view, uint32_t light)
+{
+    const struct ng_snapshot *s = frame->snapshot;
+    struct ng_seen_params params = {.skip_light = light};
+    memcpy(params.view_projection, l->rsm_views[view].view_projection, sizeof params.view_projection);
+    if (!l->data.window_count)
+        params.view_projection[14] = 0;  // the near plane's distance
+    if (self->params.rsm != LF_RSM_MAPS) // a texel of a map may look past the edge
+        params.in_front = front_of(&s->lights[light].source, s->scene_radius, params.front);
+    return ng_scene_gpu_seen(frame->scene, &params);
+}
+
+uint64_t lf_encoder_rsm_key(const struct lf_encoder *self, const struct ng_frame_info *frame,
+                            const struct lf_active_light *light)
 {
     const struct ng_snapshot *s = frame->snapshot;
     uint32_t index = light->maps->light;
@@ -57,7 +83,7 @@ uint64_t lf_encoder_rsm_key(const struct ng_frame_info *frame, const struct lf_a
                            s->place_size};
     key = ng_key_add_bytes(key, space, sizeof space);
     for (uint32_t v = 0; v < views.rsm_view_count; v++)
-        key = ng_key_add(key, key_of_view(frame, &views, v, index));
+        key = ng_key_add(key, key_of_view(self, frame, &views, v, index));
     return key;
 }
 

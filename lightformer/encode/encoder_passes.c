@@ -80,11 +80,12 @@ static ng_result find_pixel_clues(const struct ng_pass_context *ctx)
     const struct pass_data *d = ctx->data;
     struct lf_encoder *self = d->in.self;
     struct lf_clues_scene scene = scene_of(self);
+    const struct ng_gbuffer *behind = d->in.gbuffer;
     const struct lf_clues_pixels_params params = {
-        .gbuffer = {.position = memory_of(ctx, d->in.gbuffer->position),
-                    .normal = memory_of(ctx, d->in.gbuffer->normal),
-                    .diffuse = memory_of(ctx, d->in.gbuffer->diffuse),
-                    .specular = memory_of(ctx, d->in.gbuffer->specular)},
+        .gbuffer = {.position = memory_of(ctx, behind->position),
+                    .normal = memory_of(ctx, behind->normal),
+                    .diffuse = memory_of(ctx, behind->diffuse),
+                    .specular = memory_of(ctx, behind->specular)},
         .width = d->in.frame->width,
         .height = d->in.frame->height,
         .reflection_rays = self->params.reflection_rays,
@@ -352,7 +353,7 @@ static void declare_emission(struct declaration *d)
 static void declare_rsm(struct declaration *d)
 {
     struct ng_pass *pass =
-        add_light_pass(d, "rsm", find_light_clues, lf_encoder_rsm_key(d->in->frame, d->light));
+        add_light_pass(d, "rsm", find_light_clues, lf_encoder_rsm_key(d->in->self, d->in->frame, d->light));
     read(pass, d->in->rays);
     read_maps(d, pass);
     write(pass, &d->light->buffers.rsm);

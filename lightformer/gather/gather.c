@@ -1,11 +1,12 @@
 // The network writes planes, the renderer takes images of four channels: one copy in between, on all threads.
 // Where is no surface a network has learned nothing, and whatever it says is no light; nor is what is no
-// finite number.
+// finite number. Lamps reflect nothing (render/snapshot.h), and the network knows what is behind them.
 #include "lightformer/gather/gather.h"
 
 #include "base/array.h"
 #include "base/jobs.h"
 #include "base/log.h"
+#include "graph/key.h"
 #include "lightformer/encode/encoder.h"
 #include "lightformer/net/net.h"
 #include "render/frame.h"
@@ -62,12 +63,14 @@ struct pass_data {
     struct lf_gather *self;
     const struct lf_encoded_pixels *pixels;
     struct ng_graph_ref images[PART_COUNT];
+    struct ng_graph_ref lamps;   // where w is 1 a lamp hides the rest; zero: there is none
     struct ng_graph_ref planes;  // [PART_COUNT][3][height][width], as the network writes them
     struct lf_net_work by_light; // images of the gather for each light
 };
 
 struct interleave {
     const float *planes, *mask;
+    const float *lamps; // [size][4], or null
     float *texels;
     size_t size;        // of a plane
     atomic_bool *wrong; // set where a value is not finite
@@ -79,8 +82,9 @@ static void interleave(void *user, uint32_t begin, uint32_t end, uint32_t worker
     const struct interleave *job = user;
     bool wrong = false;
     for (size_t i = begin; i < end; i++) {
+        bool shown = job->mask[i] > 0 && !(job->lamps && job->lamps[i * 4 + 3] > 0);
         for (size_t c = 0; c < 3; c++) {
-            float value = job->mask[i] > 0 ? job->planes[c * job->size + i] : 0;
+            float value = shown ? job->planes[c * job->size + i] : 0;
             wrong |= !isfinite(value);
             job->texels[i * 4 + c] = isfinite(value) ? value : 0;
         }
@@ -137,6 +141,7 @@ static ng_result run(const struct ng_pass_context *ctx)
     for (int i = 0; i < PART_COUNT; i++) {
         struct interleave job = {.planes = part[i],
                                  .mask = frame.values->of[LF_INPUT_PIXEL_MASK],
+                                 .lamps = d->lamps.id ? ng_pass_memory(ctx, d->lamps).data : NULL,
                                  .texels = ng_pass_memory(ctx, d->images[i]).data,
                                  .size = pixels,
                                  .wrong = &wrong};
@@ -192,9 +197,14 @@ static ng_result list_lights(struct lf_gather *self, struct ng_composer *compose
     return NG_OK;
 }
 
-static void declare_pass(struct lf_gather *self, struct ng_graph *g, struct pass_data *data)
+static void declare_pass(struct lf_gather *self, struct ng_composer *composer, struct pass_data *data)
 {
+    struct ng_graph *g = ng_composer_graph(composer);
+    const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
+    const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
     declare_buffers(self, g, data);
+    if (gbuffer && gbuffer->lamps)
+        data->lamps = gbuffer->emission;
     struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "gather",
                                                                          .kind = NG_PASS_CPU,
                                                                          .run = run,
@@ -203,6 +213,10 @@ static void declare_pass(struct lf_gather *self, struct ng_graph *g, struct pass
                                                                          .flags = NG_PASS_ON_DEMAND,
                                                                          .key = data->pixels->powers_key});
     lf_read_pixels(pass, &data->pixels->buffers);
+    // Where lamps are follows from the scene; what they emit does not matter.
+    if (data->lamps.id)
+        ng_pass_read_as(pass, data->lamps, NG_USE_HOST_READ,
+                        ng_key_add(NG_KEY, frame->snapshot->geometry_version));
     if (data->pixels->buffers.parts[LF_PIXEL_EMISSION].id)
         ng_pass_read(pass, data->pixels->buffers.parts[LF_PIXEL_EMISSION], NG_USE_HOST_READ);
     for (size_t i = 0; i < self->embeddings.count; i++) {
@@ -227,7 +241,7 @@ static ng_result consume(struct ng_composer *composer, void *user)
     if (!data.pixels)
         return NG_OK;
     NG_TRY(list_lights(self, composer));
-    declare_pass(self, ng_composer_graph(composer), &data);
+    declare_pass(self, composer, &data);
     struct ng_radiance radiance = {.method = self->params.method,
                                    .unshadowed = data.images[UNSHADOWED],
                                    .direct = data.images[DIRECT],

@@ -58,6 +58,7 @@ struct lf_tracer {
     RTCScene scene, emitters;
     struct lf_box boxes[LF_MAX_BOXES];
     uint32_t box_count;                      // more than LF_MAX_BOXES: not all are kept, and Embree decides
+    bool lamps;                              // some surface is one
     bool others_shine;                       // some surface has emission without being a light's
     NG_ARRAY(struct lf_trace_slot *) by_id;  // null: no geometry has this id
     NG_ARRAY(struct lf_trace_slot *) shown;  // beside the snapshot's instances

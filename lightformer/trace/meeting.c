@@ -7,6 +7,8 @@ bool lf_accepts(const struct lf_query *q, const struct lf_trace_slot *s, const s
     struct lf_hit hit;
     if (q->passes != NG_NONE && s->seen.place == q->passes)
         return false;
+    if (q->kind == LF_RAY_PAST_LAMPS)
+        return !(s->seen.flags & NG_INSTANCE_LAMP);
     if (!q->visit && (q->kind == LF_RAY_ALL || s->seen.flags & NG_INSTANCE_DOUBLE_SIDED))
         return true;
     if (s->shared) // the ray is in the mesh's space, where the sides are the same

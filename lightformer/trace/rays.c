@@ -41,7 +41,7 @@ static void begin_query(const struct lf_tracer *t, enum lf_ray_kind kind, lf_tra
     out->passes = NG_NONE;
     out->visit = visit;
     out->user = user;
-    if (visit || kind == LF_RAY_CAMERA)
+    if (visit || kind == LF_RAY_CAMERA || (kind == LF_RAY_PAST_LAMPS && t->lamps))
         out->context.filter = lf_filter_query;
 }
 

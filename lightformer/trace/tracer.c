@@ -183,9 +183,10 @@ static void commit(struct lf_tracer *t)
 static void find_boxes(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
     t->box_count = 0;
-    t->others_shine = false;
+    t->others_shine = t->lamps = false;
     for (uint32_t i = 0; i < snapshot->instance_count; i++) {
         const struct ng_snapshot_instance *in = &snapshot->instances[i];
+        t->lamps |= (in->flags & NG_INSTANCE_LAMP) != 0;
         if (in->light == NG_NONE)
             t->others_shine |= lf_max3(t->shown.items[i]->seen.plain.emission) > 0;
         if (in->light == NG_NONE || ++t->box_count > LF_MAX_BOXES)

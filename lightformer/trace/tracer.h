@@ -77,7 +77,9 @@ struct lf_hit {
     bool front;      // the ray meets the front
 };
 
-enum lf_ray_kind { LF_RAY_ALL, LF_RAY_CAMERA };
+// LF_RAY_PAST_LAMPS: like LF_RAY_ALL, but that it passes lamps (render/snapshot.h). What is met does not
+// follow lamps that move, as long as snapshot.surface_version stays.
+enum lf_ray_kind { LF_RAY_ALL, LF_RAY_CAMERA, LF_RAY_PAST_LAMPS };
 
 // False if nothing is met.
 bool lf_trace_closest(const struct lf_tracer *tracer, const struct lf_ray *ray, enum lf_ray_kind kind,

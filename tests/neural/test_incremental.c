@@ -109,6 +109,77 @@ static void lights_with_a_surface_are_things(void **state)
     watch_close(&w);
 }
 
+static bool shows_lamp(struct watch *w)
+{
+    static const char *const layers[] = {"emission", "indirect"};
+    const struct ng_render_params params = {.snapshot = w->room.scene.snapshot,
+                                            .width = w->room.width,
+                                            .height = w->room.height,
+                                            .method = LF_NEURAL_METHOD,
+                                            .layers = layers,
+                                            .layer_count = NG_COUNT(layers)};
+    struct ng_cmd *cmd;
+    OK(ng_frame_begin(w->room.gpu, &cmd));
+    OK(ng_renderer_frame(w->method.renderer, &cmd, &params));
+    OK(ng_frame_end(w->room.gpu, &cmd));
+    float *emission = room_layer(&w->room, &w->method, layers[0]);
+    float *indirect = room_layer(&w->room, &w->method, layers[1]);
+    size_t count = (size_t)w->room.width * w->room.height, shown = 0;
+    for (size_t i = 0; i < count; i++)
+        if (emission[i * 3] > 0) {
+            shown++;
+            assert_true(!(indirect[i * 3] > 0)); // it hides what is behind it
+        }
+    free(emission);
+    free(indirect);
+    return shown > 0;
+}
+
+static void expect_as_fresh(struct watch *w, const char *what)
+{
+    struct method fresh;
+    method_open(&w->room, NULL, &fresh);
+    OK(room_draw_again(&w->room, &fresh));
+    assert_same_picture(&w->room, &w->method, &fresh, what);
+    method_close(&fresh);
+}
+
+// Small lamps that reflect nothing cost what they touch: themselves, and lights that they stand in the way
+// of.
+static void a_lamp_costs_what_it_touches(void **state)
+{
+    NG_UNUSED(state);
+    struct watch w = {0};
+    watch_open(&w);
+    struct room *r = &w.room;
+    struct ng_light_rectangle *panel = ng_world_edit(r->scene.world, r->panel, NG_LIGHT_RECTANGLE);
+    panel->size[0] = panel->size[1] = 0.25f;
+    memset(panel->albedo, 0, sizeof panel->albedo);
+    struct ng_light_rectangle other = *panel;
+    ng_entity beside =
+        scene_light(&r->scene, NG_LIGHT_RECTANGLE, &other, (const float[3]){0.5f, 1.9f, 0}, scene_down);
+    room_draw(r, &w.method);
+    w.before = lf_neural_counters_of(w.method.neural);
+
+    room_move(r, r->panel, 0.1f, 0, 0); // in the plane of the other lamp; the point light alone sees it
+    expect(&w, 0, 2, 2, 2, 1);
+    expect_as_fresh(&w, "a lamp moved");
+    room_move(r, beside, 0, -0.5f, 0); // below the panel, and in the view of the point light
+    expect(&w, 0, 3, 3, 3, 1);
+    expect_as_fresh(&w, "a lamp came down");
+
+    OK(ng_entity_destroy(r->scene.world, beside));
+    const float toward_camera[4] = {0, 1, 0, 0}; // in the picture
+    scene_light(&r->scene, NG_LIGHT_RECTANGLE, &other, (const float[3]){0.2f, -0.3f, 0.4f}, toward_camera);
+    room_draw(r, &w.method);
+    expect_as_fresh(&w, "a lamp is in the picture");
+    OK(ng_entity_destroy(r->scene.world, r->panel));
+    room_draw(r, &w.method);
+    expect_as_fresh(&w, "a lamp went away");
+    assert_true(shows_lamp(&w));
+    watch_close(&w);
+}
+
 // A millimetre above the point light, nearer than the near plane of its maps. The panel sees it, too.
 static void what_is_very_near_a_light_is_in_its_light(void **state)
 {
@@ -265,6 +336,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(only_what_depends_on_a_change_is_redone),
         cmocka_unit_test(lights_with_a_surface_are_things),
+        cmocka_unit_test(a_lamp_costs_what_it_touches),
         cmocka_unit_test(what_is_very_near_a_light_is_in_its_light),
         cmocka_unit_test(another_method_encodes_nothing),
         cmocka_unit_test(a_light_that_comes_back_is_followed),

@@ -38,7 +38,7 @@ struct scene {
     struct ng_jobs *jobs;
     struct ng_extractor *extractor;
     ng_asset box;
-    ng_entity camera, material;
+    ng_entity scale, camera, material;
 };
 
 static ng_entity add_entity(struct scene *s, const char *name, float x, float y, float z)
@@ -110,8 +110,8 @@ static void open_scene(struct scene *s, uint32_t threads)
     OK(ng_extractor_create(&s->extractor));
     struct ng_geometry g = strip(1);
     s->box = take(s, &g);
-    ng_entity scale = ng_entity_create(s->world);
-    OK(ng_world_add(s->world, scale, NG_SCENE_SCALE, &(struct ng_scene_scale){.radius = 10}));
+    s->scale = ng_entity_create(s->world);
+    OK(ng_world_add(s->world, s->scale, NG_SCENE_SCALE, &(struct ng_scene_scale){.radius = 10}));
     s->camera = add_entity(s, "front", 0, 0, 5);
     OK(ng_world_add(s->world, s->camera, NG_CAMERA, NULL));
     s->material = ng_entity_create(s->world);
@@ -182,6 +182,55 @@ static void test_a_still_scene_stays_the_same(void **state)
         for (uint32_t i = 0; i < 6; i++)
             assert_true(n->instances[i].version == versions[i]);
     }
+    close_scene(&s);
+}
+
+// Small and black: what rays may pass, and what no version of surfaces follows.
+static void test_lamps_are_small_and_reflect_nothing(void **state)
+{
+    (void)state;
+    const struct ng_light_rectangle light = {
+        .on = true, .color = {1, 1, 1}, .radiance = 1, .size = {0.5f, 0.5f}};
+    struct scene s;
+    open_scene(&s, 1);
+    add_piece(&s, "piece", 0, 0, 0);
+    ng_entity lamp = add_entity(&s, "lamp", 0, 3, 0);
+    OK(ng_world_add(s.world, lamp, NG_LIGHT_RECTANGLE, &light));
+    const struct ng_snapshot *n = frame(&s, 0);
+    uint64_t surfaces = n->surface_version, geometry = n->geometry_version;
+    assert_true(n->lights[0].lamp);
+    assert_true(instance_of(n, lamp)->flags & NG_INSTANCE_LAMP);
+    assert_false(n->instances[0].flags & NG_INSTANCE_LAMP);
+
+    move(&s, lamp, 1);
+    n = frame(&s, 1);
+    assert_true(n->surface_version == surfaces && n->geometry_version > geometry);
+
+    struct ng_light_rectangle *edited = ng_world_edit(s.world, lamp, NG_LIGHT_RECTANGLE);
+    edited->albedo[1] = 0.1f;
+    n = frame(&s, 2);
+    assert_false(n->lights[0].lamp);
+    assert_true(n->surface_version > surfaces);
+    surfaces = n->surface_version;
+    move(&s, lamp, 2); // an object now
+    n = frame(&s, 3);
+    assert_true(n->surface_version > surfaces);
+
+    edited = ng_world_edit(s.world, lamp, NG_LIGHT_RECTANGLE);
+    edited->albedo[1] = 0;
+    assert_true(frame(&s, 4)->lights[0].lamp);
+    edited = ng_world_edit(s.world, lamp, NG_LIGHT_RECTANGLE);
+    edited->size[0] = 5;
+    n = frame(&s, 5);
+    assert_false(n->lights[0].lamp);
+    surfaces = n->surface_version;
+    struct ng_scene_scale *larger = ng_world_edit(s.world, s.scale, NG_SCENE_SCALE);
+    larger->radius = 50; // the scene grows around it
+    n = frame(&s, 6);
+    assert_true(n->lights[0].lamp && n->surface_version > surfaces);
+    surfaces = n->surface_version;
+    OK(ng_entity_destroy(s.world, lamp));
+    assert_true(frame(&s, 7)->surface_version > surfaces);
     close_scene(&s);
 }
 
@@ -859,6 +908,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_still_scene_stays_the_same),
+        cmocka_unit_test(test_lamps_are_small_and_reflect_nothing),
         cmocka_unit_test(test_moving_one_piece_marks_that_one),
         cmocka_unit_test(test_still_extraction_has_no_motion),
         cmocka_unit_test(test_pieces_come_and_go),

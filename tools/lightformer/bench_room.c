@@ -83,7 +83,7 @@ static ng_result add_lamps(struct ng_world *world, ng_entity lamps[BENCH_ROOM_LA
 {
     const float half = 0.70710678f;
     const struct ng_light_rectangle lamp = {
-        .on = true, .color = {1, 1, 1}, .radiance = 6, .size = {LAMP, LAMP}, .albedo = {0.5f, 0.5f, 0.5f}};
+        .on = true, .color = {1, 1, 1}, .radiance = 6, .size = {LAMP, LAMP}};
     for (uint32_t i = 0; i < BENCH_ROOM_LAMPS; i++) {
         float x = i < 4 ? -2.1f + 1.4f * (float)i : -1.4f + 1.4f * (float)(i - 4), z = i < 4 ? -1.2f : 1.2f;
         const struct ng_transform place = {{x, HEIGHT - 1e-3f, z}, {-half, 0, 0, half}, {1, 1, 1}};

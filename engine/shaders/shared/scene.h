@@ -44,6 +44,7 @@ struct ng_material_data {
 
 #ifdef GL_core_profile
 #define NG_INSTANCE_MIRRORED 2
+#define NG_INSTANCE_LAMP     16
 #endif
 #define NG_MATERIAL_DOUBLE_SIDED 1
 #define NG_MATERIAL_NORMAL_MAP   2
