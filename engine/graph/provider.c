@@ -71,6 +71,12 @@ void ng_composer_unregister(struct ng_composer *composer, const char *name)
     composer->providers.count--;
 }
 
+const struct ng_provider *ng_composer_find(const struct ng_composer *composer, const char *name)
+{
+    size_t i = find_provider(composer, name);
+    return i < composer->providers.count ? &composer->providers.items[i] : NULL;
+}
+
 void ng_composer_begin(struct ng_composer *composer)
 {
     ng_graph_begin(composer->graph);

@@ -49,6 +49,8 @@ struct ng_graph *ng_composer_graph(const struct ng_composer *composer);
 // A name registered twice is refused.
 NG_NODISCARD ng_result ng_composer_register(struct ng_composer *composer, const struct ng_provider *provider);
 void ng_composer_unregister(struct ng_composer *composer, const char *name);
+// Borrowed until one is registered or unregistered; null if there is none of that name.
+const struct ng_provider *ng_composer_find(const struct ng_composer *composer, const char *name);
 
 // Opens a frame: ng_graph_begin, and all lists become empty.
 void ng_composer_begin(struct ng_composer *composer);

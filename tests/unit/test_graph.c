@@ -748,6 +748,7 @@ static void providers_meet_at_lists(void **state)
     assert_int_equal(ng_composer_register(composer, &sum), NG_ERROR_USAGE);
     test_log_end(&log);
     assert_non_null(strstr(log.text, "'sum'"));
+    assert_ptr_equal(ng_composer_find(composer, "sum")->user, &seen);
     for (int frame = 0; frame < 3; frame++) {
         ng_composer_begin(composer);
         assert_int_equal(ng_composer_count(composer, &glow_type), 0);
@@ -758,6 +759,7 @@ static void providers_meet_at_lists(void **state)
         assert_null(ng_composer_get(composer, &glow_type, 1));
     }
     ng_composer_unregister(composer, "glow");
+    assert_null(ng_composer_find(composer, "glow"));
     ng_composer_begin(composer);
     assert_int_equal(ng_composer_declare(composer), NG_OK);
     assert_int_equal(seen, 3);
