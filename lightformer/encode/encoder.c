@@ -4,7 +4,6 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "base/system.h"
-#include "lightformer/trace/tracer.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -14,6 +13,8 @@
 // Floats a pixel besides inputs and images of the network. Of the device: G-buffer, images of radiance, what
 // is composed of them, and their copies, 74; radiance as the network writes it, 9.
 #define FLOATS_A_PIXEL 83
+
+#define PROVIDER "encode"
 
 const struct ng_item_type lf_encoded_pixels_item = {"pixel clues", sizeof(struct lf_encoded_pixels)};
 const struct ng_item_type lf_embedding_item = {"embedding", sizeof(struct lf_embedding)};
@@ -32,11 +33,7 @@ ng_result lf_encoder_create(const struct lf_encoder_params *params, struct lf_en
     self->reads = lf_clues_reads(params->net);
     for (int i = 0; i < LF_INPUT_COUNT; i++)
         self->gather |= (uint64_t)lf_net_gather_reads(params->executor, (enum lf_net_input)i) << i;
-    ng_result result = lf_tracer_create(&self->tracer);
-    if (result == NG_OK) {
-        lf_tracer_limit_memory(self->tracer, params->memory_limit);
-        result = lf_pixel_clues_create(&self->pixels);
-    }
+    ng_result result = lf_pixel_clues_create(&self->pixels);
     if (result != NG_OK)
         lf_encoder_destroy(&self);
     *out = self;
@@ -56,13 +53,13 @@ void lf_encoder_destroy(struct lf_encoder **encoder)
     *encoder = NULL;
     if (!self)
         return;
+    lf_encoder_leave(self);
     for (size_t i = 0; i < self->kept.count; i++)
         destroy_kept(self->kept.items[i]);
     ng_array_finish(&self->kept);
     ng_array_finish(&self->active);
     ng_array_finish(&self->clues);
     lf_pixel_clues_destroy(&self->pixels);
-    lf_tracer_destroy(&self->tracer);
     free(self);
 }
 
@@ -254,13 +251,28 @@ static ng_result produce(struct ng_composer *composer, void *user)
     NG_TRY(check_memory(self, frame, (uint32_t)ng_composer_count(composer, &ng_light_maps_item)));
     NG_TRY(list_lights(self, composer, frame));
     lf_clues_set_powers(frame->snapshot, self->pixels, self->clues.items, (uint32_t)self->clues.count);
-    struct lf_encoder_inputs in = {
-        .self = self, .frame = frame, .gbuffer = ng_composer_get(composer, &ng_gbuffer_behind_lamps_item, 0)};
+    struct lf_encoder_inputs in = {.self = self,
+                                   .frame = frame,
+                                   .gbuffer = ng_composer_get(composer, &ng_gbuffer_behind_lamps_item, 0),
+                                   .rays = ng_composer_get(composer, &lf_ray_scene_item, 0)};
+    if (!in.rays)
+        return NG_ERROR_MEMORY; // logged there
     lf_encoder_declare(ng_composer_graph(composer), &in);
     return publish(composer, &in);
 }
 
-struct ng_provider lf_encoder_provider(struct lf_encoder *encoder)
+ng_result lf_encoder_join(struct lf_encoder *self, struct ng_composer *composer)
 {
-    return (struct ng_provider){.name = "encode", .produce = produce, .user = encoder};
+    NG_REQUIRE(!self->composer, "the encoder is in a composer already");
+    const struct ng_provider provider = {.name = PROVIDER, .produce = produce, .user = self};
+    NG_TRY(lf_ray_scene_register(composer, &provider, self->params.memory_limit));
+    self->composer = composer;
+    return NG_OK;
+}
+
+void lf_encoder_leave(struct lf_encoder *self)
+{
+    if (self->composer)
+        lf_ray_scene_unregister(self->composer, PROVIDER);
+    self->composer = NULL;
 }

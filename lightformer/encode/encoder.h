@@ -1,7 +1,6 @@
 // The encoding passes of the lights of a frame: a provider that gives each light a node of its own in the
 // render graph and publishes what became of it.
 //
-//     trace:update            rays follow the snapshot
 //     clues:pixels            what the camera sees, as the network takes it    (lf_clues_pixels)
 //     encode:<light>/rsm      direct VPLs, proxy, reflective shadow map        (lf_clues_light)
 //     clues:normalization     what the lights' powers decide                   (lf_clues_normalize)
@@ -22,8 +21,7 @@
 // for bit.
 //
 //     NG_TRY(lf_encoder_create(&params, &encoder));
-//     struct ng_provider provider = lf_encoder_provider(encoder);
-//     NG_TRY(ng_composer_register(composer, &provider));        // after G-buffer and light maps
+//     NG_TRY(lf_encoder_join(encoder, composer));              // after G-buffer and light maps
 //
 // Knows no type of light and nothing of how embeddings are used. Belongs to the thread of its renderer.
 #ifndef LF_ENCODE_ENCODER_H
@@ -58,16 +56,19 @@ struct lf_encoder_params {
     enum lf_rsm_source rsm;
     uint32_t vpl_count;       // of each light; 0: LF_VPL_COUNT
     uint32_t reflection_rays; // of a picture (struct lf_clues_pixels_params)
-    // Bytes of inputs and encodings, and as many of what rays are traced through; 0: what the system has
-    // left. A frame that needs more is refused.
+    // Bytes of inputs and encodings, and as many of the ray scene (lightformer/trace/ray_scene.h); 0: what
+    // the system has left. A frame that needs more is refused.
     uint64_t memory_limit;
 };
 
 NG_NODISCARD ng_result lf_encoder_create(const struct lf_encoder_params *params, struct lf_encoder **out);
+// Leaves its composer, if it is in one, which must still exist.
 void lf_encoder_destroy(struct lf_encoder **encoder);
-// Publishes lf_encoded_pixels_item and, of each light that shines, lf_embedding_item, in frames that want the
-// method.
-struct ng_provider lf_encoder_provider(struct lf_encoder *encoder);
+// Registers a provider that publishes lf_encoded_pixels_item and, of each light that shines,
+// lf_embedding_item, in frames that want the method. Once; the composer is borrowed until lf_encoder_leave.
+NG_NODISCARD ng_result lf_encoder_join(struct lf_encoder *encoder, struct ng_composer *composer);
+void lf_encoder_leave(struct lf_encoder *encoder);
+
 // Buffers of the graph that clues lie in; a zero ref: there is none.
 struct lf_pixel_buffers {
     struct ng_graph_ref parts[LF_PIXEL_PARTS];
@@ -129,7 +130,7 @@ void lf_clue_finish(struct lf_clue *clue);
 
 // How often each part has been made so far, over all lights.
 struct lf_encoder_counters {
-    uint64_t trace, pixels, normalization, rsm, light, clues, view;
+    uint64_t pixels, normalization, rsm, light, clues, view;
 };
 struct lf_encoder_counters lf_encoder_counters_of(const struct lf_encoder *encoder);
 

@@ -4,6 +4,7 @@
 
 #include "base/array.h"
 #include "lightformer/encode/encoder.h"
+#include "lightformer/trace/ray_scene.h"
 #include "render/frame.h"
 
 // What the arrays of a light's buffers refer to, on or off. The content is in the graph, under the light's
@@ -31,9 +32,9 @@ struct lf_active_light {
 
 struct lf_encoder {
     struct lf_encoder_params params;
-    uint64_t reads;  // inputs of the network
-    uint64_t gather; // view inputs that the gather reads
-    struct lf_tracer *tracer;
+    uint64_t reads;               // inputs of the network
+    uint64_t gather;              // view inputs that the gather reads
+    struct ng_composer *composer; // null: in none
     struct lf_pixel_clues *pixels;
     NG_ARRAY(struct lf_kept_light *) kept; // each from calloc: passes hold their addresses
     NG_ARRAY(struct lf_active_light) active;
@@ -48,7 +49,7 @@ struct lf_encoder_inputs {
     struct lf_encoder *self;
     const struct ng_frame_info *frame;
     const struct ng_gbuffer *gbuffer; // behind lamps
-    struct ng_graph_ref rays;         // token: the tracer is at the frame's snapshot
+    const struct lf_ray_scene *rays;
     struct lf_pixel_buffers pixels;
     struct lf_net_work work;
 };

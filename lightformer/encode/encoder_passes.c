@@ -7,7 +7,6 @@
 
 #include "graph/key.h"
 #include "lightformer/net/memory.h"
-#include "lightformer/trace/tracer.h"
 #include "render/light_gpu.h"
 
 #include <stdio.h>
@@ -20,16 +19,12 @@ struct pass_data {
     struct lf_active_light light;
 };
 
-static struct lf_clues_scene scene_of(const struct lf_encoder *self)
+static ng_result find_scene(const struct lf_encoder_inputs *in, struct lf_clues_scene *out)
 {
-    return (struct lf_clues_scene){.tracer = self->tracer, .jobs = self->params.jobs, .reads = self->reads};
-}
-
-static ng_result update_trace(const struct ng_pass_context *ctx)
-{
-    const struct pass_data *d = ctx->data;
-    d->in.self->counters.trace++;
-    return lf_tracer_update(d->in.self->tracer, d->in.frame->snapshot);
+    const struct lf_encoder *self = in->self;
+    *out =
+        (struct lf_clues_scene){.tracer = in->rays->tracer, .jobs = self->params.jobs, .reads = self->reads};
+    return lf_tracer_snapshot(out->tracer) ? NG_OK : NG_ERROR_MEMORY; // logged there
 }
 
 static const void *memory_of(const struct ng_pass_context *ctx, struct ng_graph_ref ref)
@@ -79,7 +74,8 @@ static ng_result find_pixel_clues(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     struct lf_encoder *self = d->in.self;
-    struct lf_clues_scene scene = scene_of(self);
+    struct lf_clues_scene scene;
+    NG_TRY(find_scene(&d->in, &scene));
     const struct ng_gbuffer *behind = d->in.gbuffer;
     const struct lf_clues_pixels_params params = {
         .gbuffer = {.position = memory_of(ctx, behind->position),
@@ -128,7 +124,8 @@ static ng_result find_light_clues(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     const struct lf_encoder_params *p = &d->in.self->params;
-    struct lf_clues_scene scene = scene_of(d->in.self);
+    struct lf_clues_scene scene;
+    NG_TRY(find_scene(&d->in, &scene));
     struct lf_clues_light_params params = {.vpl_count = p->vpl_count};
     if (p->rsm == LF_RSM_MAPS)
         params.maps = captured_maps(ctx, &d->light);
@@ -165,7 +162,8 @@ static ng_result encode_light(const struct ng_pass_context *ctx)
 static ng_result find_view_clues(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
-    struct lf_clues_scene scene = scene_of(d->in.self);
+    struct lf_clues_scene scene;
+    NG_TRY(find_scene(&d->in, &scene));
     struct lf_light_clues *clues = d->light.kept->clues;
     if (d->in.self->params.rsm == LF_RSM_MAPS)
         (void)captured_maps(ctx, &d->light);
@@ -319,19 +317,13 @@ static void read_maps(const struct declaration *d, struct ng_pass *pass)
         ng_pass_read_as(pass, images[i], NG_USE_HOST_READ, NG_KEY);
 }
 
-static void declare_trace(struct declaration *d)
-{
-    d->in->rays = ng_graph_add_token(d->graph, "trace:scene");
-    write(add_pass(d, "trace:update", update_trace, 0), &d->in->rays);
-}
-
 static void declare_pixel_clues(struct declaration *d)
 {
     const struct ng_gbuffer *g = d->in->gbuffer;
     const struct ng_graph_ref images[] = {g->position, g->normal, g->diffuse, g->specular};
     struct ng_pass *pass =
         add_pass(d, "clues:pixels", find_pixel_clues, lf_encoder_pixels_key(d->in->self, d->in->frame));
-    read(pass, d->in->rays);
+    read(pass, d->in->rays->updated);
     for (size_t i = 0; i < NG_COUNT(images); i++)
         ng_pass_read_as(pass, images[i], NG_USE_HOST_READ, NG_KEY); // the key of the pass holds all of it
     for (int i = 0; i < LF_PIXEL_EMISSION; i++)
@@ -354,7 +346,7 @@ static void declare_rsm(struct declaration *d)
 {
     struct ng_pass *pass =
         add_light_pass(d, "rsm", find_light_clues, lf_encoder_rsm_key(d->in->self, d->in->frame, d->light));
-    read(pass, d->in->rays);
+    read(pass, d->in->rays->updated);
     read_maps(d, pass);
     write(pass, &d->light->buffers.rsm);
 }
@@ -376,7 +368,7 @@ static void declare_clues(struct declaration *d)
     snprintf(name, sizeof name, "encode:%s/clues", d->light->kept->name);
     d->light->clues = ng_graph_add_buffer(d->graph, name, &(struct ng_graph_buffer_params){.size = bytes});
     struct ng_pass *pass = add_light_pass(d, "clues", find_view_clues, NG_KEY);
-    read(pass, d->in->rays);
+    read(pass, d->in->rays->updated);
     lf_read_pixels(pass, &d->in->pixels);
     read(pass, d->light->buffers.rsm);
     read_maps(d, pass);
@@ -403,7 +395,6 @@ void lf_encoder_declare(struct ng_graph *graph, struct lf_encoder_inputs *in)
 {
     struct declaration d = {.graph = graph, .in = in};
     declare_buffers(graph, in);
-    declare_trace(&d);
     declare_pixel_clues(&d);
     declare_emission(&d);
     for (size_t i = 0; i < in->self->active.count; i++) {

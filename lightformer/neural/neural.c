@@ -65,9 +65,8 @@ void lf_neural_destroy(struct lf_neural **neural)
 ng_result lf_neural_join(struct lf_neural *n, struct ng_composer *composer)
 {
     NG_REQUIRE(!n->composer, "the neural method is in a composer already");
-    const struct ng_provider encoder = lf_encoder_provider(n->encoder),
-                             gather = lf_gather_provider(n->gather);
-    NG_TRY(ng_composer_register(composer, &encoder));
+    const struct ng_provider gather = lf_gather_provider(n->gather);
+    NG_TRY(lf_encoder_join(n->encoder, composer));
     n->composer = composer;
     return ng_composer_register(composer, &gather);
 }
@@ -77,7 +76,7 @@ void lf_neural_leave(struct lf_neural *n)
     if (!n->composer)
         return;
     ng_composer_unregister(n->composer, lf_gather_provider(n->gather).name);
-    ng_composer_unregister(n->composer, lf_encoder_provider(n->encoder).name);
+    lf_encoder_leave(n->encoder);
     n->composer = NULL;
 }
 

@@ -8,6 +8,7 @@
 #include "base/system.h"
 #include "graph/key.h"
 #include "lightformer/reference/reference.h"
+#include "lightformer/trace/ray_scene.h"
 #include "render/frame.h"
 
 #include <math.h>
@@ -33,7 +34,8 @@ struct region {
 
 struct lf_progressive {
     struct lf_progressive_params params;
-    struct lf_tracer *tracer;
+    struct ng_composer *composer;   // null: in none
+    const struct lf_tracer *tracer; // the renderer's
     struct lf_reference *preview;
     NG_ARRAY(struct region) regions;    // in rows from the top
     NG_ARRAY(float) images[PART_COUNT]; // [height][width][4]
@@ -52,11 +54,6 @@ ng_result lf_progressive_create(const struct lf_progressive_params *params, stru
     if (!p)
         return ng_out_of_memory("the progressive reference");
     p->params = *params;
-    ng_result result = lf_tracer_create(&p->tracer);
-    if (result != NG_OK) {
-        lf_progressive_destroy(&p);
-        return result;
-    }
     *out = p;
     return NG_OK;
 }
@@ -76,11 +73,10 @@ void lf_progressive_destroy(struct lf_progressive **progressive)
     *progressive = NULL;
     if (!p)
         return;
-    forget_size(p);
+    lf_progressive_leave(p);
     ng_array_finish(&p->regions);
     for (int i = 0; i < PART_COUNT; i++)
         ng_array_finish(&p->images[i]);
-    lf_tracer_destroy(&p->tracer);
     free(p);
 }
 
@@ -245,7 +241,8 @@ static ng_result follow(struct lf_progressive *p, const struct ng_frame_info *fr
     bool begins = picture != p->picture;
     if (begins)
         forget_picture(p, picture);
-    NG_TRY(lf_tracer_update(p->tracer, frame->snapshot)); // its arrays are new even where the scene is not
+    if (!lf_tracer_snapshot(p->tracer))
+        return NG_ERROR_MEMORY;
     if (p->width != frame->width || p->height != frame->height)
         NG_TRY(take_size(p, frame->width, frame->height));
     return begins ? preview(p) : advance(p);
@@ -254,6 +251,7 @@ static ng_result follow(struct lf_progressive *p, const struct ng_frame_info *fr
 struct pass_data {
     struct lf_progressive *self;
     const struct ng_frame_info *frame;
+    const struct lf_ray_scene *rays;
     struct ng_graph_ref images[PART_COUNT];
 };
 
@@ -261,6 +259,7 @@ static ng_result run(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     struct lf_progressive *p = d->self;
+    p->tracer = d->rays->tracer;
     p->failed |= follow(p, d->frame) != NG_OK; // logged there; what was found so far stays
     p->slice_end_ns = ng_clock_ns();
     p->stats.resting = !is_due(p);
@@ -277,9 +276,13 @@ static ng_result run(const struct ng_pass_context *ctx)
 static ng_result consume(struct ng_composer *composer, void *user)
 {
     struct lf_progressive *p = user;
-    struct pass_data data = {.self = p, .frame = ng_composer_get(composer, &ng_frame_item, 0)};
+    struct pass_data data = {.self = p,
+                             .frame = ng_composer_get(composer, &ng_frame_item, 0),
+                             .rays = ng_composer_get(composer, &lf_ray_scene_item, 0)};
     if (!ng_frame_wants(data.frame, METHOD))
         return NG_OK;
+    if (!data.rays)
+        return NG_ERROR_MEMORY; // logged there
     struct ng_graph *g = ng_composer_graph(composer);
     bool current = key_of(data.frame) == p->picture && !is_due(p);
     for (int i = 0; i < PART_COUNT; i++) {
@@ -300,6 +303,7 @@ static ng_result consume(struct ng_composer *composer, void *user)
                                                                              .run = run,
                                                                              .data = &data,
                                                                              .data_size = sizeof data});
+        ng_pass_read(pass, data.rays->updated, NG_USE_HOST_READ);
         for (int i = 0; i < PART_COUNT; i++)
             data.images[i] = ng_pass_write(pass, data.images[i], NG_USE_HOST_WRITE);
     }
@@ -310,7 +314,21 @@ static ng_result consume(struct ng_composer *composer, void *user)
     return ng_composer_publish(composer, &ng_radiance_item, &radiance);
 }
 
-struct ng_provider lf_progressive_provider(struct lf_progressive *p)
+ng_result lf_progressive_join(struct lf_progressive *p, struct ng_composer *composer)
 {
-    return (struct ng_provider){.name = METHOD, .consume = consume, .user = p};
+    NG_REQUIRE(!p->composer, "the progressive reference is in a composer already");
+    const struct ng_provider provider = {.name = METHOD, .consume = consume, .user = p};
+    NG_TRY(lf_ray_scene_register(composer, &provider, 0));
+    p->composer = composer;
+    return NG_OK;
+}
+
+void lf_progressive_leave(struct lf_progressive *p)
+{
+    if (!p->composer)
+        return;
+    lf_ray_scene_unregister(p->composer, METHOD);
+    p->composer = NULL;
+    forget_size(p); // what was begun with a tracer that may be gone
+    p->picture = 0;
 }

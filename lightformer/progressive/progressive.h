@@ -2,10 +2,9 @@
 //
 //     struct lf_progressive *p;
 //     NG_TRY(lf_progressive_create(&(struct lf_progressive_params){.jobs = jobs}, &p));
-//     struct ng_provider provider = lf_progressive_provider(p);
-//     NG_TRY(ng_composer_register(ng_renderer_composer(renderer), &provider));
+//     NG_TRY(lf_progressive_join(p, ng_renderer_composer(renderer)));
 //     ... frames with .method = "reference" ...
-//     ng_composer_unregister(ng_renderer_composer(renderer), provider.name);
+//     lf_progressive_leave(p);
 //     lf_progressive_destroy(&p);
 //
 // A frame that wants the method gives it a slice of time, on the jobs, in the pass "reference/trace". Slices
@@ -36,11 +35,14 @@ struct lf_progressive_params {
 
 NG_NODISCARD ng_result lf_progressive_create(const struct lf_progressive_params *params,
                                              struct lf_progressive **out);
+// Leaves its composer, if it is in one, which must still exist.
 void lf_progressive_destroy(struct lf_progressive **progressive);
 
-// Publishes ng_radiance_item (render/frame.h) in frames that want "reference". What goes wrong while tracing
-// is logged, and the last good picture stays until something changes.
-struct ng_provider lf_progressive_provider(struct lf_progressive *progressive);
+// Registers a provider that publishes ng_radiance_item (render/frame.h) in frames that want "reference". What
+// goes wrong while tracing is logged, and the last good picture stays until something changes. Once; the
+// composer is borrowed until lf_progressive_leave.
+NG_NODISCARD ng_result lf_progressive_join(struct lf_progressive *progressive, struct ng_composer *composer);
+void lf_progressive_leave(struct lf_progressive *progressive);
 
 // Of the picture under way.
 struct lf_progressive_stats {

@@ -49,8 +49,7 @@ static void artist_open(const struct room *r, struct artist *a)
     OK(ng_extractor_create(&a->extractor));
     method_open(r, NULL, &a->method);
     OK(lf_progressive_create(&params, &a->progressive));
-    struct ng_provider provider = lf_progressive_provider(a->progressive);
-    OK(ng_composer_register(ng_renderer_composer(a->method.renderer), &provider));
+    OK(lf_progressive_join(a->progressive, ng_renderer_composer(a->method.renderer)));
 }
 
 static void artist_close(struct artist *a)

@@ -33,8 +33,7 @@ static int begin(void **state)
     // Slices end at once, so that every one is a single region.
     struct lf_progressive_params params = {.jobs = r.scene.jobs, .samples = SAMPLES, .slice = 1e-9};
     OK(lf_progressive_create(&params, &r.progressive));
-    struct ng_provider provider = lf_progressive_provider(r.progressive);
-    OK(ng_composer_register(ng_renderer_composer(r.renderer), &provider));
+    OK(lf_progressive_join(r.progressive, ng_renderer_composer(r.renderer)));
     r.frame = (struct ng_render_params){.width = WIDTH,
                                         .height = HEIGHT,
                                         .method = "reference",

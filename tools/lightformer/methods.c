@@ -86,8 +86,7 @@ static ng_result create_reference(const struct method_params *params, void **sta
     struct lf_progressive *p;
     NG_TRY(lf_progressive_create(&progressive, &p));
     *state = p;
-    struct ng_provider provider = lf_progressive_provider(p);
-    return ng_composer_register(ng_renderer_composer(params->stage->renderer), &provider);
+    return lf_progressive_join(p, ng_renderer_composer(params->stage->renderer));
 }
 
 static void destroy_reference(void **state)
