@@ -1,9 +1,9 @@
 // What a scene costs of ten times the triangles, with copies of one mesh and with meshes of their own:
 // bench_large FOLDER [THINGS [TRIANGLES [WEIGHTS]]]. Scenes of THINGS and of ten times as many things of
 // TRIANGLES each (4 of 250,000) are written to FOLDER, measured, and removed. For the rasterizer, for the
-// neural method if WEIGHTS names a network, and for rays alone (the path tracer's structures): the seconds
-// that the file, the first frame, and frames after edits take. Each runs in a process of its own, so that its
-// peak memory is its own.
+// neural method and for a split view of it and the path tracer if WEIGHTS names a network, and for rays
+// alone: the seconds that the file, the first frame, and frames after edits take. Each runs in a process of
+// its own, so that its peak memory is its own.
 #define _DEFAULT_SOURCE // wait4
 #include "large_scene.h"
 
@@ -15,6 +15,7 @@
 #include "components/name.h"
 #include "components/transform.h"
 #include "lightformer/neural/neural.h"
+#include "lightformer/progressive/progressive.h"
 #include "lightformer/trace/tracer.h"
 #include "scene/world.h"
 
@@ -32,13 +33,14 @@ enum figure { LOAD, FIRST, NOTHING, MOVED, ADDED, REMOVED, MEMORY, FIGURES };
 static const char *const figure_names[FIGURES] = {"load",  "first",   "nothing", "moved",
                                                   "added", "removed", "MiB"};
 
-enum kind { RASTER, RAYS, NEURAL, KINDS };
-static const char *const kind_names[KINDS] = {"raster", "rays", "neural"};
+enum kind { RASTER, RAYS, NEURAL, SPLIT, KINDS };
+static const char *const kind_names[KINDS] = {"raster", "rays", "neural", "split"};
 
 struct subject {
     enum kind kind;
     struct ng_stage *stage;
     struct lf_neural *neural;
+    struct lf_progressive *progressive;
     struct lf_tracer *tracer;
     ng_entity thing, extra;
 };
@@ -71,7 +73,12 @@ static ng_result open_subject(struct subject *s, const char *path, const char *w
         return NG_OK;
     NG_TRY(
         lf_neural_create(&(struct lf_neural_params){.weights = weights, .jobs = s->stage->jobs}, &s->neural));
-    return lf_neural_join(s->neural, ng_renderer_composer(s->stage->renderer));
+    NG_TRY(lf_neural_join(s->neural, ng_renderer_composer(s->stage->renderer)));
+    if (s->kind == NEURAL)
+        return NG_OK;
+    const struct lf_progressive_params progressive = {.jobs = s->stage->jobs, .slice = 1e-9};
+    NG_TRY(lf_progressive_create(&progressive, &s->progressive));
+    return lf_progressive_join(s->progressive, ng_renderer_composer(s->stage->renderer));
 }
 
 static ng_result draw(struct subject *s)
@@ -81,9 +88,12 @@ static ng_result draw(struct subject *s)
         return lf_tracer_update(s->tracer, s->stage->snapshot);
     }
     static const char *const layers[] = {"display"};
+    const struct ng_shown split = {
+        .comparison = NG_COMPARE_SPLIT, .other_method = "reference", .divider = 0.5f};
     const struct ng_stage_frame frame = {.width = SIDE,
                                          .height = SIDE,
-                                         .method = s->kind == NEURAL ? LF_NEURAL_METHOD : NULL,
+                                         .method = s->kind == RASTER ? NULL : LF_NEURAL_METHOD,
+                                         .shown = s->kind == SPLIT ? split : (struct ng_shown){0},
                                          .layers = layers,
                                          .layer_count = NG_COUNT(layers)};
     const uint8_t *rgba;
