@@ -21,14 +21,14 @@ static void log_message(enum ng_log_level level, const struct gltf_loader *l, co
 {
     char text[1024];
     vsnprintf(text, sizeof text, fmt, args);
-    ng_log(level, "%s: %s%s%s", l->path, text, l->instead ? "; " : "", l->instead ? l->instead : "");
+    ng_log(level, "%s: %s", l->path, text);
 }
 
 void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...)
 {
     va_list args;
     va_start(args, fmt);
-    log_message(l->instead ? NG_LOG_WARN : NG_LOG_ERROR, l, fmt, args);
+    log_message(NG_LOG_ERROR, l, fmt, args);
     va_end(args);
 }
 
@@ -62,69 +62,6 @@ ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what
         return NG_ERROR_MEMORY;
     }
     l->memory += bytes;
-    return NG_OK;
-}
-
-bool ng_gltf_file_path(const char *document, const char *name, char *out, size_t size, const char **why)
-{
-    *why = "is a data: URI of another kind than base64 of image/png, image/jpeg or application/octet-stream";
-    if (strncmp(name, "data:", 5) == 0)
-        return false;
-    *why = "is not a file in the document's directory or below";
-    if (name[0] == 0 || name[0] == '/' || strchr(name, '\\') || strstr(name, "://"))
-        return false;
-    for (const char *part = name; part; part = strchr(part, '/')) {
-        part += *part == '/';
-        if (part[0] == '.' && part[1] == '.' && (part[2] == '/' || part[2] == 0))
-            return false;
-    }
-    *why = "the path is too long";
-    if (!ng_path_beside(document, name, out, size))
-        return false;
-    *why = "is a link that leads out of the document's directory";
-    return ng_file_is_below(out, document);
-}
-
-static int hex_digit(char c)
-{
-    static const char digits[] = "0123456789abcdef0123456789ABCDEF";
-    const char *at = c ? strchr(digits, c) : NULL;
-    return at ? (int)(at - digits) % 16 : -1;
-}
-
-bool ng_gltf_uri_path(const char *document, const char *uri, char *out, size_t size, const char **why)
-{
-    char name[4096];
-    size_t n = 0;
-    for (const char *p = uri; *p && n + 1 < sizeof name; p++) {
-        int high = *p == '%' ? hex_digit(p[1]) : -1, low = high >= 0 ? hex_digit(p[2]) : -1;
-        name[n++] = low >= 0 ? (char)(high * 16 + low) : *p;
-        p += low >= 0 ? 2 : 0;
-    }
-    name[n] = 0;
-    *why = "holds the character %00";
-    if (strlen(name) != n)
-        return false;
-    return ng_gltf_file_path(document, name, out, size, why);
-}
-
-// Extensions of the standard that this loader follows, or may ignore since others only refine them.
-static bool is_known(const char *extension)
-{
-    static const char *const known[] = {"KHR_lights_punctual", "KHR_materials_emissive_strength",
-                                        "KHR_mesh_quantization", "NG_scene"};
-    for (size_t i = 0; i < NG_COUNT(known); i++)
-        if (strcmp(extension, known[i]) == 0)
-            return true;
-    return false;
-}
-
-static ng_result check_required(const struct gltf_loader *l)
-{
-    for (uint32_t i = 0; i < l->doc->required_count; i++)
-        if (!is_known(l->doc->required[i]))
-            return ng_gltf_unsupported(l, "extensionsRequired: \"%.100s\" is not supported",
-                                       l->doc->required[i]);
     return NG_OK;
 }
 
@@ -165,7 +102,6 @@ static bool allocate_tables(struct gltf_loader *l)
 static ng_result load(struct gltf_loader *l)
 {
     const struct gltf_scene *scene;
-    NG_TRY(check_required(l));
     NG_TRY(find_scene(l, &scene));
     if (!allocate_tables(l))
         return ng_out_of_memory(l->path);
@@ -184,7 +120,7 @@ static void name_pictures(const struct gltf_loader *l)
     char path[4096];
     const char *why;
     for (uint32_t i = 0; l->limits.file && i < l->doc->image_count; i++)
-        if (l->doc->images[i].uri[0] &&
+        if (l->doc->images[i].uri[0] && !ng_gltf_is_data_uri(l->doc->images[i].uri) &&
             ng_gltf_uri_path(l->path, l->doc->images[i].uri, path, sizeof path, &why))
             l->limits.file(l->limits.user, path);
 }
@@ -225,23 +161,34 @@ static struct ng_gltf_params with_defaults(const struct ng_gltf_params *params)
     return p;
 }
 
+// The document is there until the end: strings and values are borrowed from it.
+static ng_result load_file(struct gltf_loader *l)
+{
+    struct gltf_document *doc;
+    NG_TRY(ng_gltf_parse(l->path, &l->limits, &l->faults, &doc));
+    l->doc = doc;
+    l->out.hash = doc->hash;
+    name_pictures(l);
+    ng_result r = load(l);
+    if (r != NG_OK)
+        take_back(l);
+    finish(l);
+    ng_gltf_document_destroy(&doc);
+    return r;
+}
+
 ng_result ng_gltf_load(const char *path, struct ng_world *world, struct ng_assets *assets,
                        const struct ng_gltf_params *params, struct ng_gltf_scene *out)
 {
     *out = (struct ng_gltf_scene){0};
     NG_REQUIRE(path && world && assets, "path, world and assets must be given");
     struct gltf_loader l = {.path = path, .world = world, .assets = assets, .limits = with_defaults(params)};
-    struct gltf_document *doc;
-    NG_TRY(ng_gltf_parse(path, &l.limits, &doc));
-    l.doc = doc;
-    l.out.hash = doc->hash;
-    name_pictures(&l);
-    ng_result r = load(&l);
+    l.faults = (struct gltf_faults){.path = path, .strict = l.limits.strict};
+    ng_result r = load_file(&l);
     if (r == NG_OK)
         *out = l.out;
-    else
-        take_back(&l);
-    finish(&l);
-    ng_gltf_document_destroy(&doc);
+    if (r == NG_OK || l.faults.strict)
+        ng_gltf_faults_say(&l.faults);
+    ng_gltf_faults_finish(&l.faults);
     return r;
 }

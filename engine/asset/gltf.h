@@ -24,6 +24,7 @@ struct ng_gltf_params {
     uint32_t max_entities;     // nodes, primitives, materials and clips together; 262,144
     uint32_t max_joints;       // of one skin; 4,096
     uint32_t max_image_side;   // pixels, width or height; 16,384
+    bool strict; // a fault refuses the file; else it costs the part that has it, and a warning for each kind
     // Called with the path of each file that the document names, unused pictures too. May be null.
     void (*file)(void *user, const char *path);
     void *user;

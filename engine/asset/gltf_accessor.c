@@ -107,6 +107,10 @@ static const struct gltf_accessor *check(const struct gltf_loader *l, int index,
                           want->what);
         return NULL;
     }
+    if (a->components == 0) {
+        ng_gltf_log_error(l, "accessor %d: its type is none of SCALAR, VEC2, ..., MAT4", index);
+        return NULL;
+    }
     if (!(want->shapes & 1u << a->components)) {
         ng_gltf_log_error(l, "accessor %d: %u components an element are not allowed for %s", index,
                           a->components, want->what);
@@ -148,18 +152,16 @@ static ng_result apply_sparse(const struct gltf_loader *l, int index, const stru
 {
     const struct gltf_accessor *a = &l->doc->accessors[index];
     int type = a->sparse_index_type;
-    if (a->sparse_count < 1 || (size_t)a->sparse_count > a->count)
-        return ng_gltf_error(l, "accessor %d: sparse count %d is not in 1 to %zu", index, a->sparse_count,
+    if (a->sparse_count < 1 || a->sparse_count > a->count)
+        return ng_gltf_error(l, "accessor %d: sparse count %zu is not in 1 to %zu", index, a->sparse_count,
                              a->count);
     if (type != GLTF_U8 && type != GLTF_U16 && type != GLTF_U32)
         return ng_gltf_error(l, "accessor %d: sparse index type %d is not an unsigned integer", index, type);
-    if (a->sparse_index_offset < 0 || a->sparse_value_offset < 0)
-        return ng_gltf_error(l, "accessor %d: negative sparse byte offset", index);
-    size_t count = (size_t)a->sparse_count;
+    size_t count = a->sparse_count;
     struct elements at = {.type = type, .components = 1};
     struct elements values = {.type = a->component_type, .components = a->components};
-    NG_TRY(locate(l, index, a->sparse_index_view, (size_t)a->sparse_index_offset, count, false, &at));
-    NG_TRY(locate(l, index, a->sparse_value_view, (size_t)a->sparse_value_offset, count, false, &values));
+    NG_TRY(locate(l, index, a->sparse_index_view, a->sparse_index_offset, count, false, &at));
+    NG_TRY(locate(l, index, a->sparse_value_view, a->sparse_value_offset, count, false, &values));
     double previous = -1;
     for (size_t i = 0; i < count; i++) {
         double target = component(&at, i, 0, false);

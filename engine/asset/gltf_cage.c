@@ -130,13 +130,10 @@ static ng_result read_cage(struct gltf_loader *l, const char *where, const struc
 ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
                        const struct ng_geometry *g, struct ng_cage *out)
 {
-    char instead[96];
-    snprintf(instead, sizeof instead, "%s is drawn by its triangles", where);
-    l->instead = instead;
-    ng_result r = read_cage(l, where, cage, g, out);
-    l->instead = NULL;
-    if (r == NG_OK || r == NG_ERROR_MEMORY)
-        return r;
-    ng_cage_finish(out);
+    struct gltf_part part;
+    ng_gltf_part_begin(&part, "it is drawn by its triangles");
+    NG_TRY(ng_gltf_part_end(&l->faults, &part, read_cage(l, where, cage, g, out)));
+    if (part.lost)
+        ng_cage_finish(out);
     return NG_OK;
 }

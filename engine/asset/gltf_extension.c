@@ -11,14 +11,6 @@
 
 #define MAX_COMPONENT_SIZE 1024
 
-const struct gltf_value *ng_gltf_member(const struct gltf_value *object, const char *key)
-{
-    for (uint32_t i = 0; object && object->kind == GLTF_OBJECT && i < object->count; i++)
-        if (strcmp(object->items[i].key, key) == 0)
-            return &object->items[i];
-    return NULL;
-}
-
 ng_result ng_gltf_index_member(const struct gltf_loader *l, const struct gltf_value *object,
                                const char *where, const char *key, int missing, int *out)
 {
@@ -254,8 +246,10 @@ ng_result ng_gltf_components(struct gltf_loader *l, ng_entity e, const char *whe
         const struct gltf_value *member = &extension->items[i];
         if (special && strcmp(member->key, special) == 0)
             continue;
-        if (strcmp(member->key, "components") != 0 || member->kind != GLTF_OBJECT)
+        if (strcmp(member->key, "components") != 0)
             return ng_gltf_error(l, "%s: NG_scene: unknown member \"%.64s\"", where, member->key);
+        if (member->kind != GLTF_OBJECT)
+            return ng_gltf_error(l, "%s: NG_scene: components is not an object", where);
         for (uint32_t k = 0; k < member->count; k++)
             NG_TRY(read_component(l, e, where, &member->items[k]));
     }

@@ -1,29 +1,69 @@
 // A glTF document as plain C.
 //
-// gltf_scan.cc has checked that the JSON is JSON, neither too deep nor too large, of a version that is
-// supported, and that its properties have the right types; gltf_parse.cc makes the document. Indices are the
-// file's (-1: absent) and may be out of range.
+// gltf_json.cc makes values of the JSON, and sees that it is neither too deep nor too large and that what
+// glTF names has the right type; gltf_document.c makes the document of the values, gltf_buffer.c finds its
+// bytes. Indices are the file's (-1: absent) and may be out of range.
 #ifndef NG_ASSET_GLTF_INTERNAL_H
 #define NG_ASSET_GLTF_INTERNAL_H
 
 #include "asset/gltf.h"
 #include "base/arena.h"
+#include "base/array.h"
 #include "base/extern_c.h"
+#include "base/log.h"
 
 #include <stddef.h>
 
 NG_EXTERN_C_BEGIN
 
-// JSON of an extension.
-enum gltf_kind { GLTF_BOOL, GLTF_NUMBER, GLTF_STRING, GLTF_ARRAY, GLTF_OBJECT };
+// ---- faults ----------------------------------------------------------------------------------------------
+struct gltf_fault {
+    const void *kind;
+    const char *instead; // what is done about it
+    uint32_t count;
+    char text[1024]; // of the first: "PATH: thing: reason"
+};
+struct gltf_faults {
+    const char *path;
+    bool strict; // a fault fails the load
+    NG_ARRAY(struct gltf_fault) list;
+};
+
+// Notes a fault, of the kind that is made with this format: "thing: reason". `instead` is a literal. NG_OK,
+// or NG_ERROR_FORMAT where the load is strict.
+NG_NODISCARD ng_result ng_gltf_fault(struct gltf_faults *f, const char *instead, const char *fmt, ...)
+    NG_PRINTF(3, 4);
+// The same of a kind that is something else than the format.
+NG_NODISCARD ng_result ng_gltf_fault_of_kind(struct gltf_faults *f, const void *kind, const char *instead,
+                                             const char *fmt, ...) NG_PRINTF(4, 5);
+
+// A part that a load can do without. Between begin and end errors are not logged; the end makes a fault of
+// the first, sets `lost` and gives NG_OK, unless the load is strict or memory is short.
+struct gltf_part {
+    struct ng_log_catch caught;
+    const char *instead;
+    bool lost;
+};
+void ng_gltf_part_begin(struct gltf_part *part, const char *instead);
+NG_NODISCARD ng_result ng_gltf_part_end(struct gltf_faults *f, struct gltf_part *part, ng_result r);
+
+// One warning for each kind, or the error of a strict load.
+void ng_gltf_faults_say(const struct gltf_faults *f);
+void ng_gltf_faults_finish(struct gltf_faults *f);
+
+// ---- the document ----------------------------------------------------------------------------------------
+// A value of the JSON. Where the standard names a property, it is of that type or GLTF_NULL.
+enum gltf_kind { GLTF_NULL, GLTF_BOOL, GLTF_NUMBER, GLTF_STRING, GLTF_ARRAY, GLTF_OBJECT };
 struct gltf_value {
     enum gltf_kind kind;
+    uint32_t count;  // of an array or object
     const char *key; // as a member of an object; else null
-    bool boolean;
-    double number;
-    const char *string;
-    uint32_t count; // of an array or object
-    const struct gltf_value *items;
+    union {
+        bool boolean;
+        double number;
+        const char *string;
+        const struct gltf_value *items; // of an array or object
+    };
 };
 
 struct gltf_numbers {
@@ -31,6 +71,7 @@ struct gltf_numbers {
     uint32_t count;
 };
 
+// Everywhere: `extension` is NG_scene, `extensions` the object of all; null if there is none.
 struct gltf_buffer {
     const unsigned char *data;
     size_t size;
@@ -39,6 +80,7 @@ struct gltf_buffer {
 struct gltf_view {
     int buffer;
     size_t offset, length, stride; // stride 0: tightly packed
+    const struct gltf_value *extensions;
 };
 
 enum { GLTF_I8 = 5120, GLTF_U8, GLTF_I16, GLTF_U16, GLTF_U32 = 5125, GLTF_F32 };
@@ -47,10 +89,10 @@ struct gltf_accessor {
     int view;
     size_t offset, count;
     int component_type;
-    uint32_t components; // 1 to 16
+    uint32_t components; // 1 to 16; 0: of no type that the standard has
     bool normalized, sparse;
-    int sparse_count, sparse_index_type;
-    int sparse_index_view, sparse_index_offset, sparse_value_view, sparse_value_offset;
+    int sparse_index_type, sparse_index_view, sparse_value_view;
+    size_t sparse_count, sparse_index_offset, sparse_value_offset;
 };
 
 struct gltf_attribute {
@@ -64,55 +106,58 @@ struct gltf_primitive {
     const struct gltf_attribute *attributes;
     uint32_t attribute_count, target_count; // morph targets
     int indices, material, mode;
-    const struct gltf_value *extension; // NG_scene, or null
+    const struct gltf_value *targets; // an array of objects, or null
+    const struct gltf_value *extension, *extensions;
 };
 
 struct gltf_mesh {
     const char *name;
     const struct gltf_primitive *primitives;
     uint32_t primitive_count;
+    struct gltf_numbers weights;
 };
 
 struct gltf_node {
     const char *name;
     int mesh, skin, camera, light;
-    struct gltf_numbers matrix, translation, rotation, scale;
+    struct gltf_numbers matrix, translation, rotation, scale, weights;
     const int *children;
     uint32_t child_count;
-    const struct gltf_value *extension;
+    const struct gltf_value *extension, *extensions;
 };
 
 struct gltf_texture_use {
     int texture, uv_set;
+    const struct gltf_value *extensions;
 };
 
 struct gltf_material {
     const char *name, *alpha_mode;
-    struct gltf_numbers base_color, emissive; // 4 and 3, checked by the parser
+    struct gltf_numbers base_color, emissive; // 4 and 3
     double metallic, roughness, alpha_cutoff, normal_scale, emissive_strength;
     bool double_sided;
     struct gltf_texture_use base_color_texture, metallic_roughness_texture, normal_texture, emissive_texture;
-    const struct gltf_value *extension;
+    const struct gltf_value *extension, *extensions;
 };
 
 struct gltf_texture {
     int image, sampler;
+    const struct gltf_value *extensions;
 };
 
 struct gltf_sampler {
-    int wrap_s, wrap_t;
+    int wrap_s, wrap_t, mag_filter, min_filter; // filters: 0 where the file says nothing
 };
 
 struct gltf_image {
-    const char *name, *uri;    // uri: a file, not yet decoded; "" if none
-    int view;                  // or a buffer view,
-    const unsigned char *data; // or the content of a data: URI
-    size_t size;
+    const char *name, *uri; // uri: a file, not yet decoded, or a data: URI; "" if none
+    int view;               // or a buffer view
 };
 
 struct gltf_camera {
-    bool perspective;
+    bool perspective, orthographic;
     double fov_y, near_plane;
+    double x_mag, y_mag; // orthographic: half the size of what is seen
 };
 
 struct gltf_light {
@@ -155,13 +200,13 @@ struct gltf_scene {
 };
 
 struct gltf_document {
-    struct ng_arena arena;
-    void *model;   // tinygltf's; strings and buffers are borrowed from it
+    struct ng_arena arena;  // strings, values and tables
+    NG_ARRAY(void *) files; // from malloc: the file itself, and those of its buffers
+    const struct gltf_value *root;
     uint64_t hash; // of the bytes of the document and its buffers, in the order they are read
     int scene;
     uint32_t buffer_count, view_count, accessor_count, mesh_count, node_count, material_count, texture_count;
     uint32_t sampler_count, image_count, camera_count, light_count, skin_count, animation_count, scene_count;
-    uint32_t required_count;
     const struct gltf_buffer *buffers;
     const struct gltf_view *views;
     const struct gltf_accessor *accessors;
@@ -176,26 +221,49 @@ struct gltf_document {
     const struct gltf_skin *skins;
     const struct gltf_animation *animations;
     const struct gltf_scene *scenes;
-    const char *const *required; // extensionsRequired
+    const struct gltf_value *extensions;
 };
 
-// What the JSON has of that which tinygltf checks itself.
-struct gltf_counts {
-    size_t buffers, views, accessors;
-};
+// ---- gltf_json.cc, gltf_value.c --------------------------------------------------------------------------
+// The JSON as a tree of values in the arena. Properties of the wrong type are faults and become GLTF_NULL; in
+// a strict load too, so that the caller can look for a better reason first.
+NG_NODISCARD ng_result ng_gltf_json(struct gltf_faults *faults, const char *text, size_t size,
+                                    struct ng_arena *arena, const struct gltf_value **root);
+// Null if `object` (may be null, or none) has no such member.
+const struct gltf_value *ng_gltf_member(const struct gltf_value *object, const char *key);
+// Members of a type; `missing` if there is none.
+double ng_gltf_number(const struct gltf_value *object, const char *key, double missing);
+int ng_gltf_index(const struct gltf_value *object, const char *key, int missing);
+const char *ng_gltf_text(const struct gltf_value *object, const char *key, const char *missing);
+bool ng_gltf_bool(const struct gltf_value *object, const char *key, bool missing);
+// A member that is an array, or null.
+const struct gltf_value *ng_gltf_array(const struct gltf_value *object, const char *key);
 
-// Checks the JSON of a file.
-NG_NODISCARD ng_result ng_gltf_scan(const char *path, const char *text, size_t size,
-                                    struct gltf_counts *counts);
+// ---- gltf_document.c, gltf_buffer.c ----------------------------------------------------------------------
 // Reads and parses a file; buffers are read too, images are not.
 NG_NODISCARD ng_result ng_gltf_parse(const char *path, const struct ng_gltf_params *params,
-                                     struct gltf_document **out);
+                                     struct gltf_faults *faults, struct gltf_document **out);
 void ng_gltf_document_destroy(struct gltf_document **doc);
 
-// The path of a file that the document names: in the document's directory or below. False (and `*why` says
-// why) if it is not one that may be opened. The second form takes the name percent-encoded, as it stands in
-// the file.
-bool ng_gltf_file_path(const char *document, const char *name, char *out, size_t size, const char **why);
+// The parts of a file: its JSON, and the bytes of the first buffer of a GLB (null: it has none).
+struct gltf_container {
+    const char *json;
+    size_t json_size;
+    const unsigned char *bytes;
+    size_t byte_count;
+};
+NG_NODISCARD ng_result ng_gltf_open(struct gltf_faults *faults, const unsigned char *data, size_t size,
+                                    struct gltf_container *out);
+NG_NODISCARD ng_result ng_gltf_buffers(struct gltf_faults *faults, const struct ng_gltf_params *params,
+                                       const struct gltf_container *container, struct gltf_document *doc);
+// The bytes of a data: URI in base64; from malloc. `what` has it, for messages: "buffer 0".
+NG_NODISCARD ng_result ng_gltf_data_uri(struct gltf_faults *faults, const char *what, const char *uri,
+                                        uint64_t limit, unsigned char **data, size_t *size);
+bool ng_gltf_is_data_uri(const char *uri);
+
+// The path of a file that the document names, percent-encoded: in the document's directory or below. False
+// (and
+// `*why` says why) if it is not one that may be opened.
 bool ng_gltf_uri_path(const char *document, const char *uri, char *out, size_t size, const char **why);
 
 NG_EXTERN_C_END

@@ -31,7 +31,7 @@ struct gltf_loader {
     struct ng_assets *assets;
     struct ng_gltf_params limits; // defaults filled in
     uint64_t memory;              // of limits.max_memory
-    const char *instead;          // what is done where a part is wrong: errors are warnings then; or null
+    struct gltf_faults faults;
     struct ng_gltf_scene out;
 
     uint32_t *parents; // [node_count], NG_GLTF_NO_NODE for roots
@@ -91,8 +91,6 @@ NG_NODISCARD ng_result ng_gltf_view_bytes(const struct gltf_loader *l, int view,
                                           size_t *size);
 
 // ---- gltf_extension.c ------------------------------------------------------------------------------------
-// Null if `object` (may be null) has no such member.
-const struct gltf_value *ng_gltf_member(const struct gltf_value *object, const char *key);
 // A member that is a whole number; `missing` where there is none.
 NG_NODISCARD ng_result ng_gltf_index_member(const struct gltf_loader *l, const struct gltf_value *object,
                                             const char *where, const char *key, int missing, int *out);

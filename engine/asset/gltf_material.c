@@ -62,17 +62,21 @@ static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_pa
     const struct gltf_image *image = &l->doc->images[index];
     char where[32], name[4096];
     snprintf(where, sizeof where, "image %d", index);
-    if (image->uri[0])
+    if (image->uri[0] && !ng_gltf_is_data_uri(image->uri))
         return load_file(l, where, image->uri, params, out);
     snprintf(name, sizeof name, "%.3500s: %s", l->path, where);
     NG_TRY(image_params(l, where, params));
     struct ng_image decoded;
-    const unsigned char *data = image->data;
-    size_t size = image->size;
-    if (image->view >= 0)
+    const unsigned char *data = NULL;
+    unsigned char *own = NULL;
+    size_t size = 0;
+    if (image->uri[0])
+        NG_TRY(ng_gltf_data_uri(&l->faults, where, image->uri, l->limits.max_file_size, &own, &size));
+    else
         NG_TRY(ng_gltf_view_bytes(l, image->view, &data, &size));
-    NG_TRY(ng_image_decode(name, data, size, params, &decoded));
-    return keep_image(l, image->name[0] ? image->name : name, &decoded, out);
+    ng_result r = ng_image_decode(name, own ? own : data, size, params, &decoded);
+    free(own);
+    return r == NG_OK ? keep_image(l, image->name[0] ? image->name : name, &decoded, out) : r;
 }
 
 static ng_result wrap_mode(struct gltf_loader *l, int sampler, const char *axis, int mode, bool *repeat)

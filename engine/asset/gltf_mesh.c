@@ -225,7 +225,7 @@ static uint64_t hash_value(uint64_t h, const struct gltf_value *v)
 {
     h = ng_hash_combine(h, v->kind);
     h = v->key ? ng_hash_combine(h, ng_hash_string(v->key)) : h;
-    h = ng_hash_bytes(h, &v->number, sizeof v->number);
+    h = v->kind == GLTF_NUMBER ? ng_hash_bytes(h, &v->number, sizeof v->number) : h;
     for (uint32_t i = 0; i < v->count; i++)
         h = hash_value(h, &v->items[i]);
     return h;

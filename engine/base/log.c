@@ -28,11 +28,30 @@ void ng_log_set_sink(ng_log_fn fn, void *user)
     pthread_mutex_unlock(&sink_lock);
 }
 
+static _Thread_local struct ng_log_catch *innermost;
+
+void ng_log_catch_begin(struct ng_log_catch *scope)
+{
+    *scope = (struct ng_log_catch){.outer = innermost};
+    innermost = scope;
+}
+
+void ng_log_catch_end(struct ng_log_catch *scope)
+{
+    innermost = scope->outer;
+}
+
 static void log_va(enum ng_log_level level, const char *fmt, va_list args)
 {
     char text[2048];
     vsnprintf(text, sizeof text, fmt, args);
     ng_make_printable(text); // names from files may hold anything
+    if (level == NG_LOG_ERROR && innermost) {
+        if (!innermost->kind)
+            snprintf(innermost->text, sizeof innermost->text, "%.*s", (int)sizeof innermost->text - 1, text);
+        innermost->kind = innermost->kind ? innermost->kind : fmt;
+        return;
+    }
     pthread_mutex_lock(&sink_lock);
     sink_fn(sink_user, level, text);
     pthread_mutex_unlock(&sink_lock);

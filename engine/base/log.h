@@ -24,6 +24,16 @@ void ng_log(enum ng_log_level level, const char *fmt, ...) NG_PRINTF(2, 3);
 #define ng_log_warn(...)  ng_log(NG_LOG_WARN, __VA_ARGS__)
 #define ng_log_error(...) ng_log(NG_LOG_ERROR, __VA_ARGS__)
 
+// Catches what this thread would log as errors: for whoever can do without a part of something, and says so
+// in another way. Scopes may be nested; the innermost catches. Of several messages the first is kept.
+struct ng_log_catch {
+    char text[1024];  // "" if nothing was caught
+    const void *kind; // the same for messages that were made with one format
+    struct ng_log_catch *outer;
+};
+void ng_log_catch_begin(struct ng_log_catch *scope);
+void ng_log_catch_end(struct ng_log_catch *scope);
+
 // Logs "out of memory: WHAT", what the memory was for or the file it was for, and gives NG_ERROR_MEMORY.
 // Inline, so that static analysis sees that it never gives NG_OK.
 static inline ng_result ng_out_of_memory(const char *what)

@@ -18,8 +18,8 @@ static const struct {
 } bad_files[] = {
     {"malformed", "malformed JSON at byte"},
     {"truncated", "malformed JSON at byte"},
-    {"not_json", "malformed JSON at byte"},
-    {"empty", "malformed JSON"},
+    {"not_json", "is not a glTF file"},
+    {"empty", "is not a glTF file"},
     {"array", "the document: an array where an object is needed"},
     {"no_asset", "asset.version: is missing"},
     {"asset_version_missing", "asset.version: is missing"},
@@ -32,8 +32,7 @@ static const struct {
     {"type_children", "nodes[0].children: a string where an array is needed"},
     {"type_extensions", "nodes[0].extensions: an array where an object is needed"},
     {"type_extension", "nodes[0].extensions.NG_scene: 5 where an object is needed"},
-    {"type_extension_null", "nodes[0].extensions.NG_scene.components: null where a value is needed"},
-    {"type_float_index", "nodes[0].mesh: 0.0 where an index"},
+    {"type_extension_null", "NG_scene: components is not an object"},
     {"type_large_index", "nodes[0].mesh: 4294967295 where an index"},
     {"type_attribute", "meshes[0].primitives[0].attributes.POSITION: a string where an index"},
     {"type_boolean", "materials[0].doubleSided: 1 where true or false is needed"},
@@ -41,7 +40,7 @@ static const struct {
     {"type_name", "nodes[0].name: 7 where a string is needed"},
     {"type_light", "extensions.KHR_lights_punctual.lights[0].intensity: a string where a number is needed"},
     {"extension_required", "\"KHR_draco_mesh_compression\" is not supported"},
-    {"big_integer", "the integer 4294967299 is out of range"},
+    {"big_integer", "accessors[0].count: 4294967299 where a whole number >= 0 is needed"},
     {"cycle", "is a child of node 0 and of node 2"},
     {"cycle_alone", "is its own ancestor"},
     {"self_parent", "is its own ancestor"},
@@ -71,29 +70,29 @@ static const struct {
     {"sampler_range", "texture 0: sampler 1 is not one of 0"},
     {"sampler_wrap", "sampler 0: wrapS has no mode 7"},
     {"image_missing", "image 0: tests/files/bad/missing.png: cannot open"},
-    {"image_webp", "image 0: \"data:image/webp;base64,AAAA"},
-    {"image_radiance", "is a data: URI of another kind"},
-    {"image_zero", "images[0].uri: a string holds the character \\u0000"},
+    {"image_webp", "image 0: not a PNG, JPEG"},
+    {"image_radiance", "image 0: \"image/vnd.radiance\" is not a type that the standard has"},
+    {"image_zero", "images[0].uri: a string that holds the character \\u0000 where a string is needed"},
     {"image_encoded_zero", "image 0: \"a.png%00b\" holds the character %00"},
     {"image_escapes", "image 0: \"../good/x.png\" is not a file in the document"},
-    {"image_view_range", "bufferView \"9\" not found"},
+    {"image_view_range", "buffer view 9 is not one of 2"},
     {"image_not_a_picture", "not a PNG, JPEG, OpenEXR or Radiance HDR picture"},
     {"image_truncated_png", "PNG"},
     {"buffer_missing", "buffer 0: tests/files/bad/missing.bin: cannot open"},
-    {"buffer_type", "AAA\" is a data: URI of another kind"},
-    {"buffer_zero", "buffers[0].uri: a string holds the character \\u0000"},
-    {"buffer_encoded_zero", "buffer 0: \"a.bin\" holds the character %00"},
+    {"buffer_type", "buffer 0: \"application/x-thing\" is not a type that the standard has"},
+    {"buffer_zero", "buffers[0].uri: a string that holds the character \\u0000 where a string is needed"},
+    {"buffer_encoded_zero", "buffer 0: \"a.bin%00b\" holds the character %00"},
     {"buffer_escapes", "buffer 0: \"../../secret.bin\" is not a file in the document"},
     {"buffer_encoded_escape", "is not a file in the document"},
     {"buffer_absolute", "is not a file in the document"},
     {"buffer_network", "is not a file in the document"},
-    {"buffer_length", "buffer 0: Failed to decode 'uri' : data:application/octet-stream;base64,AAAA"},
+    {"buffer_length", "buffer 0: has 44 bytes of the 50 of its byteLength"},
     {"buffer_negative_length", "buffers[0].byteLength: -1 where a whole number >= 0 is needed"},
     {"view_range", "buffer view 0: bytes 0 + 100 run past buffer 0 of 44 bytes"},
     {"view_offset", "buffer view 0: bytes 4294967295 + 36 run past"},
     {"view_buffer", "buffer view 0: buffer 7 is not one of 1"},
     {"view_stride", "buffer view 0: stride 4 does not fit elements of 12 bytes"},
-    {"view_stride_range", "buffer view 0: Invalid `byteStride"},
+    {"view_stride_range", "accessor 0: 3 elements from byte 0 run past buffer view 0"},
     {"accessor_view", "accessor 0: buffer view 5 is not one of 2"},
     {"accessor_range", "POSITION: accessor 8 is not one of 2"},
     {"accessor_count", "accessor 0: 4 elements from byte 0 run past buffer view 0 of 36 bytes"},
@@ -102,8 +101,8 @@ static const struct {
     {"accessor_misaligned", "byte offset 1 is not a multiple"},
     {"accessor_shape", "accessor 0: 2 components an element are not allowed for POSITION"},
     {"accessor_component", "accessor 1: component type 5126 is not allowed for indices"},
-    {"accessor_component_unknown", "accessor 0: Invalid `componentType"},
-    {"accessor_type_unknown", "accessor 0: Unsupported `type` for accessor object. Got \"VEC9"},
+    {"accessor_component_unknown", "accessor 0: component type 99 is not allowed"},
+    {"accessor_type_unknown", "accessor 0: its type is none of SCALAR"},
     {"accessor_huge", "accessor 0: POSITION needs 3221225460 bytes more, over the limit of"},
     {"nan_position", "accessor 0: element 1 is not a finite number (POSITION)"},
     {"infinite_position", "accessor 0: element 2 is not a finite number (POSITION)"},
@@ -198,7 +197,7 @@ static void expect_refused(const char *path, const char *message)
     struct ng_gltf_scene scene;
     struct test_log log;
     test_log_begin(&log);
-    ng_result r = ng_gltf_load(path, f.world, f.assets, NULL, &scene);
+    ng_result r = ng_gltf_load(path, f.world, f.assets, &(struct ng_gltf_params){.strict = true}, &scene);
     test_log_end(&log);
     if (r == NG_OK)
         fail_msg("%s: was not refused", path);
@@ -239,7 +238,7 @@ static void expect_cage_refused(const char *path, const char *message)
         fail_msg("%s: %d errors, %d warnings: %s", path, log.errors, log.warnings, log.text);
     if (strncmp(log.text, path, strlen(path)) != 0 || !strstr(log.text, message))
         fail_msg("\"%s: ... %s\" is not what was said: %s", path, message, log.text);
-    assert_non_null(strstr(log.text, "; mesh 0, primitive 0 is drawn by its triangles"));
+    assert_non_null(strstr(log.text, "; it is drawn by its triangles"));
     const struct ng_geometry *g =
         ng_assets_geometry(f.assets, ng_assets_next(f.assets, NG_ASSET_GEOMETRY, (ng_asset){0}));
     assert_int_equal(g->index_count, 3);
@@ -364,27 +363,6 @@ static void test_many_joints(void **state)
     put(&t, joints + 12);
     free(good);
     refuse_text(&t, "joints.gltf", "skin 0: 100000 joints, more than the limit of 4096");
-}
-
-// tinygltf spends two kilobytes on a material.
-static void test_many_materials(void **state)
-{
-    NG_UNUSED(state);
-    struct text t = {0};
-    put(&t, "{\"asset\": {\"version\": \"2.0\"}, \"materials\": [{}");
-    put_repeated(&t, ",{}", 1 << 16);
-    put(&t, "]}");
-    refuse_text(&t, "materials.gltf", "more than 65536 materials");
-}
-
-static void test_many_objects(void **state)
-{
-    NG_UNUSED(state);
-    struct text t = {0};
-    put(&t, "{\"asset\": {\"version\": \"2.0\"}, \"skins\": [{}");
-    put_repeated(&t, ",{}", 1 << 20);
-    put(&t, "]}");
-    refuse_text(&t, "objects.gltf", "more than 1048576 objects");
 }
 
 // A document that names itself as each of its buffers: what is read grows with the square of its size.
@@ -597,7 +575,6 @@ int main(void)
         cmocka_unit_test(test_deep_json),      cmocka_unit_test(test_many_values),
         cmocka_unit_test(test_deep_hierarchy), cmocka_unit_test(test_many_entities),
         cmocka_unit_test(test_many_joints),    cmocka_unit_test(test_gigapixel),
-        cmocka_unit_test(test_many_materials), cmocka_unit_test(test_many_objects),
         cmocka_unit_test(test_many_buffers),   cmocka_unit_test(test_links_lead_nowhere_else),
         cmocka_unit_test(test_later_version),  cmocka_unit_test(test_memory_limit),
         cmocka_unit_test(test_image_limit),    cmocka_unit_test(test_glb),

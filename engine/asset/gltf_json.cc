@@ -1,9 +1,8 @@
-// The JSON of a glTF document, checked before tinygltf sees it.
+// The JSON of a glTF document as a tree of values.
 //
-// tinygltf builds its tree by recursion, turns large integers into small ones, and ignores a property of the
-// wrong type as if it were absent. So the text first goes through an event parser, which bounds depth,
-// number of values and size of integers, and holds every property of glTF 2.0 that is read against one
-// table: which paths hold which kind of value. What the table does not name may be anything.
+// An event parser bounds depth and number of values, and holds every property of glTF 2.0 against one table:
+// which paths hold which kind of value. What the table does not name may be anything. A property of the wrong
+// kind costs that property.
 #include "asset/gltf_internal.h"
 #include "base/log.h"
 
@@ -14,6 +13,7 @@
 #include <cstring>
 #include <initializer_list>
 #include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <unordered_map>
@@ -24,10 +24,7 @@ namespace
 
 constexpr unsigned max_depth = 64;
 constexpr size_t max_values = 4u << 20;
-constexpr size_t max_objects = 1u << 20;   // tinygltf spends half a kilobyte on most of them
-constexpr size_t max_materials = 1u << 16; // and two on a material
 constexpr uint64_t max_json = 512u << 20;
-constexpr uint64_t max_integer = UINT32_MAX;
 constexpr size_t max_shown = 60; // bytes of the file's strings in a message
 
 enum Kind { ANY, ARRAY, OBJECT, STRING, BOOLEAN, NUMBER, INTEGER, COUNT, INDEX };
@@ -197,21 +194,17 @@ std::unique_ptr<Rule> make_rules()
     return root;
 }
 
-// The places that the scan looks at itself.
-struct Places {
-    std::unique_ptr<Rule> root = make_rules();
-    const Rule *version = root->find("asset")->find("version");
-    const Rule *min_version = root->find("asset")->find("minVersion");
-    const Rule *buffer = root->find("buffers")->item.get();
-    const Rule *view = root->find("bufferViews")->item.get();
-    const Rule *accessor = root->find("accessors")->item.get();
-    const Rule *material = root->find("materials")->item.get();
-};
-
-const Places &known_places()
+const Rule *known_rules()
 {
-    static const Places places;
-    return places;
+    static const std::unique_ptr<Rule> rules = make_rules();
+    return rules.get();
+}
+
+// Of the version alone a number is taken as the text that it should be.
+const Rule *version_rule()
+{
+    static const Rule *const rule = known_rules()->find("asset")->find("version");
+    return rule;
 }
 
 std::string shortened(const std::string &text)
@@ -224,48 +217,55 @@ std::string shortened(const std::string &text)
     return text.substr(0, end) + "...";
 }
 
+// The narrowest kind that a number is of: 4.0 is a whole number (glTF 2.0, 2.7).
+Kind number_kind(double v)
+{
+    if (v != std::floor(v) || v < INT32_MIN || v > UINT32_MAX)
+        return NUMBER;
+    return v < 0 ? INTEGER : v <= INT32_MAX ? INDEX : COUNT;
+}
+
 class Scan : public nlohmann::json_sax<nlohmann::json>
 {
   public:
-    std::string error, version, min_version;
-    gltf_counts counts = {};
+    std::string error;
+    std::vector<gltf_value> done; // items of what is open; at the end the document
 
+    Scan(gltf_faults *faults_, ng_arena *arena_) : faults(faults_), arena(arena_)
+    {
+    }
     bool null() override
     {
-        return leaf(ANY, "null", !scene_depth || fail_here("null where a value is needed"));
+        return leaf(ANY, gltf_value(), "null");
     }
     bool boolean(bool v) override
     {
-        return leaf(BOOLEAN, v ? "true" : "false");
+        gltf_value value = {};
+        value.kind = GLTF_BOOL;
+        value.boolean = v;
+        return leaf(BOOLEAN, value, v ? "true" : "false");
     }
     bool number_integer(number_integer_t v) override
     {
-        std::string text = std::to_string(v);
-        return leaf(INTEGER, text, in_range(v >= INT32_MIN, text));
+        return number((double)v, std::to_string(v));
     }
     bool number_unsigned(number_unsigned_t v) override
     {
-        std::string text = std::to_string(v);
-        return leaf(v <= INT32_MAX ? INDEX : COUNT, text, in_range(v <= max_integer, text));
+        return number((double)v, std::to_string(v));
     }
     bool number_float(number_float_t v, const string_t &text) override
     {
-        return leaf(NUMBER, shortened(text), in_range(std::isfinite(v), shortened(text)));
+        return number(v, shortened(text));
     }
     bool string(string_t &text) override
     {
-        enter();
-        if (rule == places.version)
-            version = text;
-        else if (rule == places.min_version)
-            min_version = text;
-        bool ok = no_zero(text) && count() && check(STRING, "a string");
-        leave();
-        return ok;
+        if (!skipped && text.find('\0') != std::string::npos)
+            return leaf(ANY, gltf_value(), "a string that holds the character \\u0000");
+        return leaf(STRING, text_value(text), "a string");
     }
     bool binary(binary_t &) override
     {
-        return leaf(ANY, "bytes");
+        return leaf(ANY, gltf_value(), "bytes");
     }
     bool start_object(std::size_t) override
     {
@@ -285,18 +285,12 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
     }
     bool key(string_t &name) override
     {
-        if (!extras_depth && name == "extras")
-            extras_depth = levels.size();
-        else if (extras_depth == levels.size())
-            extras_depth = 0;
-        if (!scene_depth && name == "NG_scene" && levels.back().is_extensions)
-            scene_depth = levels.size();
-        else if (scene_depth == levels.size())
-            scene_depth = 0;
-        is_extensions = name == "extensions";
-        rule = levels.back().rule && !extras_depth ? levels.back().rule->find(name) : nullptr;
+        if (skipped)
+            return true;
+        rule = levels.back().rule ? levels.back().rule->find(name) : nullptr;
         path += levels.size() > 1 ? "." + shortened(name) : shortened(name);
-        return no_zero(name);
+        next_key = copy(name);
+        return true;
     }
     bool parse_error(std::size_t position, const std::string &, const nlohmann::detail::exception &e) override
     {
@@ -306,45 +300,58 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
     }
 
   private:
-    // An array or object that is open, and where the paths return to after each of its items.
+    // An array or object that is open.
     struct Level {
-        bool array, is_extensions;
-        size_t index, path;
+        bool array;
+        size_t index, path; // of the next item; where the path returns to after each of its items
         const Rule *rule;
+        const char *key;
+        size_t first; // of its items in `done`
     };
-    const Places &places = known_places();
+    gltf_faults *faults;
+    ng_arena *arena;
     std::vector<Level> levels;
-    std::string path;                         // of the current value, for messages: "nodes[2].mesh"
-    const Rule *rule = places.root.get();     // of the current value; null: it may be anything
-    bool is_extensions = false;               // the current value is a member "extensions"
-    size_t extras_depth = 0, scene_depth = 0; // levels in whose member "extras", "NG_scene" this is; 0: not
-    size_t values = 0, objects = 0, materials = 0;
+    std::string path;                 // of the current value, for messages: "nodes[2].mesh"
+    const Rule *rule = known_rules(); // of the current value; null: it may be anything
+    const char *next_key = nullptr;
+    size_t skipped = 0; // levels open within a value that is left out
+    size_t values = 0;
 
     bool fail(std::string why)
     {
         error = std::move(why);
         return false;
     }
-    bool fail_here(const std::string &why)
-    {
-        return fail((path.empty() ? "the document" : path) + ": " + why);
-    }
-    bool more(size_t *counter, size_t limit, const char *what)
-    {
-        return ++*counter <= limit || fail("JSON of more than " + std::to_string(limit) + " " + what);
-    }
     bool count()
     {
-        return more(&values, max_values, "values");
+        return ++values <= max_values || fail("JSON of more than " + std::to_string(max_values) + " values");
     }
-    bool in_range(bool fits, const std::string &text)
+    // The text of a key up to a zero: the table knows no name with one.
+    const char *copy(const std::string &text)
     {
-        return fits || extras_depth || fail("the integer " + text + " is out of range");
+        const char *copied = ng_arena_string(arena, text.c_str());
+        if (!copied)
+            throw std::bad_alloc();
+        return copied;
     }
-    bool no_zero(const std::string &text)
+    gltf_value text_value(const std::string &text)
     {
-        return text.find('\0') == std::string::npos || extras_depth ||
-               fail_here("a string holds the character \\u0000");
+        gltf_value value = {};
+        value.kind = GLTF_STRING;
+        value.string = skipped ? "" : copy(text);
+        return value;
+    }
+    bool number(double v, const std::string &text)
+    {
+        if (!skipped && rule == version_rule()) {
+            char shown[32];
+            std::snprintf(shown, sizeof shown, "%.1f", v);
+            return leaf(STRING, text_value(shown), text);
+        }
+        gltf_value value = {};
+        value.kind = GLTF_NUMBER;
+        value.number = v;
+        return leaf(number_kind(v), value, text);
     }
 
     void enter()
@@ -353,7 +360,7 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
             return; // key() has been here
         path += "[" + std::to_string(levels.back().index++) + "]";
         rule = levels.back().rule ? levels.back().rule->item.get() : nullptr;
-        is_extensions = false;
+        next_key = nullptr;
     }
     void leave()
     {
@@ -361,81 +368,108 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
     }
 
     // Kinds of numbers are in the order of what they allow: an index is a count, a count is an integer, ...
-    bool check(Kind found, const std::string &shown)
+    bool fits(Kind found) const
     {
         Kind wanted = rule ? rule->kind : ANY;
-        if (wanted == ANY || found == wanted || (wanted >= NUMBER && found > wanted))
-            return true;
-        return fail_here(shown + " where " + kind_names[wanted] + " is needed");
+        return wanted == ANY || found == wanted || (wanted >= NUMBER && found > wanted);
     }
-    bool leaf(Kind found, const std::string &shown, bool ok = true)
+    // Puts nothing in the place of a value that does not fit.
+    bool leave_out(const std::string &shown)
     {
+        gltf_value nothing = {};
+        nothing.key = next_key;
+        done.push_back(nothing);
+        if (levels.empty())
+            return fail("the document: " + shown + " where " + kind_names[rule->kind] + " is needed");
+        return ng_gltf_fault_of_kind(faults, rule, "it is left out", "%s: %s where %s is needed",
+                                     path.c_str(), shown.c_str(), kind_names[rule->kind]) != NG_ERROR_MEMORY;
+    }
+    bool leaf(Kind found, gltf_value value, const std::string &shown)
+    {
+        if (skipped)
+            return count();
         enter();
-        ok = ok && count() && check(found, shown);
+        bool ok = count();
+        value.key = next_key;
+        if (fits(found))
+            done.push_back(value);
+        else
+            ok = ok && leave_out(shown);
         leave();
         return ok;
     }
     bool open(Kind kind)
     {
+        if (levels.size() + skipped >= max_depth)
+            return fail("JSON nested deeper than " + std::to_string(max_depth) + " levels");
+        if (skipped) {
+            skipped++;
+            return count();
+        }
         enter();
-        if (!check(kind, kind_names[kind]) || !count())
+        if (!count())
             return false;
-        if (kind == OBJECT && !more(&objects, max_objects, "objects"))
-            return false;
-        if (rule && rule == places.material && !more(&materials, max_materials, "materials"))
-            return false;
-        counts.buffers += rule == places.buffer;
-        counts.views += rule == places.view;
-        counts.accessors += rule == places.accessor;
-        levels.push_back({kind == ARRAY, is_extensions, 0, path.size(), rule});
-        return levels.size() <= max_depth ||
-               fail("JSON nested deeper than " + std::to_string(max_depth) + " levels");
+        if (!fits(kind)) {
+            skipped = 1;
+            bool ok = leave_out(kind_names[kind]);
+            leave();
+            return ok;
+        }
+        levels.push_back({kind == ARRAY, 0, path.size(), rule, next_key, done.size()});
+        return true;
     }
     bool close()
     {
+        if (skipped) {
+            skipped--;
+            return true;
+        }
+        const Level level = levels.back();
         levels.pop_back();
-        if (levels.size() < extras_depth)
-            extras_depth = 0;
-        if (levels.size() < scene_depth)
-            scene_depth = 0;
+        gltf_value value = {};
+        value.kind = level.array ? GLTF_ARRAY : GLTF_OBJECT;
+        value.key = level.key;
+        value.count = (uint32_t)(done.size() - level.first);
+        gltf_value *items = static_cast<gltf_value *>(ng_arena_array(arena, value.count, sizeof *items));
+        if (!items)
+            throw std::bad_alloc();
+        std::copy(done.begin() + (std::ptrdiff_t)level.first, done.end(), items);
+        value.items = items;
+        done.resize(level.first);
+        done.push_back(value);
         leave();
         return true;
     }
 };
 
-// glTF 2.0, 5.9 (asset): minVersion, if it is there, says what is needed, else the major part of version.
-ng_result check_version(const char *path, const Scan &scan)
+ng_result parse(gltf_faults *faults, const char *text, size_t size, ng_arena *arena, const gltf_value **root)
 {
-    if (scan.version.empty()) {
-        ng_log_error("%s: asset.version: is missing; glTF 2.0 requires it", path);
+    Scan scan(faults, arena);
+    if (!nlohmann::json::sax_parse(text, text + size, &scan)) {
+        ng_log_error("%s: %s", faults->path, scan.error.c_str());
         return NG_ERROR_FORMAT;
     }
-    bool has_min = !scan.min_version.empty();
-    const std::string &needed = has_min ? scan.min_version : scan.version;
-    unsigned major = 0, minor = 0;
-    char rest = 0;
-    if (std::sscanf(needed.c_str(), "%4u.%4u%c", &major, &minor, &rest) == 2 && major == 2 &&
-        (!has_min || minor == 0))
-        return NG_OK;
-    ng_log_error("%s: asset.%s: \"%s\" is not supported, glTF 2.0 is", path,
-                 has_min ? "minVersion" : "version", shortened(needed).c_str());
-    return NG_ERROR_UNSUPPORTED;
+    gltf_value *document = static_cast<gltf_value *>(ng_arena_array(arena, 1, sizeof *document));
+    if (!document)
+        throw std::bad_alloc();
+    *document = scan.done[0];
+    *root = document;
+    return NG_OK;
 }
 
 } // namespace
 
-ng_result ng_gltf_scan(const char *path, const char *text, size_t size, gltf_counts *counts)
+ng_result ng_gltf_json(gltf_faults *faults, const char *text, size_t size, ng_arena *arena,
+                       const gltf_value **root)
 {
     if (size > max_json) {
-        ng_log_error("%s: JSON of %zu bytes, more than the limit of %llu", path, size,
+        ng_log_error("%s: JSON of %zu bytes, more than the limit of %llu", faults->path, size,
                      (unsigned long long)max_json);
         return NG_ERROR_FORMAT;
     }
-    Scan scan;
-    if (!nlohmann::json::sax_parse(text, text + size, &scan)) {
-        ng_log_error("%s: %s", path, scan.error.c_str());
-        return NG_ERROR_FORMAT;
+    try {
+        return parse(faults, text, size, arena, root);
+    } catch (const std::exception &) {
+        return ng_out_of_memory(faults->path);
     }
-    *counts = scan.counts;
-    return check_version(path, scan);
 }

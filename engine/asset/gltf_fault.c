@@ -1,0 +1,89 @@
+// Faults of a file that a load can do without: a list, each kind once with a count. What is wrong is said
+// when the load has ended: as warnings, or, where the load is strict, the first as the error that it is.
+#include "asset/gltf_internal.h"
+#include "base/log.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static ng_result add(struct gltf_faults *f, const void *kind, const char *instead, const char *text)
+{
+    ng_result r = f->strict ? NG_ERROR_FORMAT : NG_OK;
+    for (size_t i = 0; i < f->list.count; i++)
+        if (f->list.items[i].kind == kind && f->list.items[i].instead == instead) {
+            f->list.items[i].count++;
+            return r;
+        }
+    struct gltf_fault fault = {.kind = kind, .instead = instead, .count = 1};
+    snprintf(fault.text, sizeof fault.text, "%s", text);
+    return ng_array_push(&f->list, fault) ? r : ng_out_of_memory(f->path);
+}
+
+static ng_result add_va(struct gltf_faults *f, const void *kind, const char *instead, const char *fmt,
+                        va_list args) __attribute__((format(printf, 4, 0)));
+static ng_result add_va(struct gltf_faults *f, const void *kind, const char *instead, const char *fmt,
+                        va_list args)
+{
+    char text[768];
+    int n = snprintf(text, sizeof text, "%.255s: ", f->path);
+    vsnprintf(text + n, sizeof text - (size_t)n, fmt, args);
+    return add(f, kind, instead, text);
+}
+
+ng_result ng_gltf_fault(struct gltf_faults *f, const char *instead, const char *fmt, ...)
+{
+    va_list args;
+    va_start(args, fmt);
+    ng_result r = add_va(f, fmt, instead, fmt, args);
+    va_end(args);
+    return r;
+}
+
+ng_result ng_gltf_fault_of_kind(struct gltf_faults *f, const void *kind, const char *instead, const char *fmt,
+                                ...)
+{
+    va_list args;
+    va_start(args, fmt);
+    ng_result r = add_va(f, kind, instead, fmt, args);
+    va_end(args);
+    return r;
+}
+
+void ng_gltf_part_begin(struct gltf_part *part, const char *instead)
+{
+    *part = (struct gltf_part){.instead = instead};
+    ng_log_catch_begin(&part->caught);
+}
+
+ng_result ng_gltf_part_end(struct gltf_faults *f, struct gltf_part *part, ng_result r)
+{
+    ng_log_catch_end(&part->caught);
+    if (r == NG_OK || !part->caught.kind) // what a part within has met is in the list
+        return r;
+    if (r == NG_ERROR_MEMORY || r == NG_ERROR_USAGE) {
+        ng_log_error("%s", part->caught.text);
+        return r;
+    }
+    part->lost = true;
+    return add(f, part->caught.kind, part->instead, part->caught.text);
+}
+
+void ng_gltf_faults_say(const struct gltf_faults *f)
+{
+    if (f->strict && f->list.count)
+        ng_log_error("%s", f->list.items[0].text);
+    for (size_t i = 0; !f->strict && i < f->list.count; i++) {
+        const struct gltf_fault *fault = &f->list.items[i];
+        if (fault->count == 1)
+            ng_log_warn("%s; %s", fault->text, fault->instead);
+        else
+            ng_log_warn("%s; %s (and %u more of this kind)", fault->text, fault->instead, fault->count - 1);
+    }
+}
+
+void ng_gltf_faults_finish(struct gltf_faults *f)
+{
+    ng_array_finish(&f->list);
+}
