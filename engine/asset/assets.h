@@ -41,10 +41,13 @@ struct ng_cage {
 // Triangles with per-vertex attributes: what a mesh component refers to.
 struct ng_geometry {
     uint32_t vertex_count, index_count;
-    float *positions;  // [vertex_count][3], metres
-    float *normals;    // [vertex_count][3], unit
-    float *tangents;   // [vertex_count][4]; w, +-1: the bitangent is w * cross(normal, tangent)
-    float *uvs;        // [vertex_count][2]; zeros if the file had none
+    float *positions; // [vertex_count][3], metres
+    float *normals;   // [vertex_count][3], unit
+    float *tangents;  // [vertex_count][4]; w, +-1: the bitangent is w * cross(normal, tangent)
+    float *uvs;       // [vertex_count][2]; zeros if the file had none
+    float *uvs1;      // [vertex_count][2], a second set, which materials may ask for; or null
+    uint16_t *
+        colors; // [vertex_count][4], linear R, G, B and alpha, 65,535 is 1; multiply the base colour; or null
     uint16_t *joints;  // [vertex_count][4], or null
     float *weights;    // [vertex_count][4], sum 1; or null
     uint32_t *indices; // [index_count], a multiple of 3; counter-clockwise is the front
@@ -52,6 +55,8 @@ struct ng_geometry {
     // none was. The store makes and keeps them: structures that are built around points at rest, and refitted
     // to where they are, are the same ones whatever way the points went.
     float *rest_positions, *rest_normals, *rest_tangents;
+    // Computed tangents follow uvs1: where the normal map uses that set.
+    bool tangents_of_uvs1;
     float bounds_min[3], bounds_max[3];
 };
 

@@ -29,6 +29,8 @@ static const struct array geometry_arrays[] = {
     OF_GEOMETRY(rest_normals, vertex_count, 12, NG_PART_REST),
     OF_GEOMETRY(rest_tangents, vertex_count, 16, NG_PART_REST),
     OF_GEOMETRY(uvs, vertex_count, 8, NG_PART_TOPOLOGY),
+    OF_GEOMETRY(uvs1, vertex_count, 8, NG_PART_TOPOLOGY),
+    OF_GEOMETRY(colors, vertex_count, 8, NG_PART_TOPOLOGY),
     OF_GEOMETRY(joints, vertex_count, 8, NG_PART_TOPOLOGY),
     OF_GEOMETRY(weights, vertex_count, 16, NG_PART_TOPOLOGY),
     OF_GEOMETRY(indices, index_count, 4, NG_PART_TOPOLOGY),

@@ -65,7 +65,8 @@ bool ng_geometry_split_map(const struct ng_geometry *g, struct ng_cage *cage)
 static bool split_vertices(struct ng_geometry *g)
 {
     if (!unshare(&g->positions, 12, g) || !unshare(&g->tangents, 16, g) || !unshare(&g->uvs, 8, g) ||
-        !unshare(&g->joints, 8, g) || !unshare(&g->weights, 16, g))
+        !unshare(&g->uvs1, 8, g) || !unshare(&g->colors, 8, g) || !unshare(&g->joints, 8, g) ||
+        !unshare(&g->weights, 16, g))
         return false;
     g->vertex_count = g->index_count;
     for (uint32_t i = 0; i < g->index_count; i++)
@@ -106,8 +107,9 @@ static bool uv_directions(const struct ng_geometry *g, const uint32_t *tri, vec3
     vec3 e1, e2;
     glm_vec3_sub(g->positions + tri[1] * (size_t)3, g->positions + tri[0] * (size_t)3, e1);
     glm_vec3_sub(g->positions + tri[2] * (size_t)3, g->positions + tri[0] * (size_t)3, e2);
-    const float *t0 = g->uvs + tri[0] * (size_t)2, *t1 = g->uvs + tri[1] * (size_t)2,
-                *t2 = g->uvs + tri[2] * (size_t)2;
+    const float *uvs = g->tangents_of_uvs1 && g->uvs1 ? g->uvs1 : g->uvs;
+    const float *t0 = uvs + tri[0] * (size_t)2, *t1 = uvs + tri[1] * (size_t)2,
+                *t2 = uvs + tri[2] * (size_t)2;
     float du1 = t1[0] - t0[0], dv1 = t1[1] - t0[1], du2 = t2[0] - t0[0], dv2 = t2[1] - t0[1];
     float det = du1 * dv2 - du2 * dv1;
     if (!isfinite(det) || fabsf(det) < 1e-20f)

@@ -123,13 +123,14 @@ ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *
 }
 
 static ng_result use_texture(struct gltf_loader *l, const char *where, const struct gltf_texture_use *use,
-                             bool srgb, ng_asset *out)
+                             bool srgb, ng_asset *out, uint32_t *uv_set)
 {
     if (use->texture == -1)
         return NG_OK;
-    if (use->uv_set != 0)
+    if (use->uv_set > 1)
         ng_gltf_warn(l, &l->warned_uv, "%s: a texture uses TEXCOORD_%d; TEXCOORD_0 is used instead", where,
                      use->uv_set);
+    *uv_set = use->uv_set == 1;
     return ng_gltf_texture(l, where, use->texture, srgb, out);
 }
 
@@ -165,10 +166,12 @@ static ng_result make_material(struct gltf_loader *l, const char *where, const s
     out.emissive_strength = (float)m->emissive_strength;
     out.double_sided = m->double_sided;
     NG_TRY(alpha_mode(l, where, m->alpha_mode, &out.alpha_mask));
-    NG_TRY(use_texture(l, where, &m->base_color_texture, true, &out.base_color_texture));
-    NG_TRY(use_texture(l, where, &m->metallic_roughness_texture, false, &out.metallic_roughness_texture));
-    NG_TRY(use_texture(l, where, &m->normal_texture, false, &out.normal_texture));
-    NG_TRY(use_texture(l, where, &m->emissive_texture, true, &out.emissive_texture));
+    NG_TRY(
+        use_texture(l, where, &m->base_color_texture, true, &out.base_color_texture, &out.base_color_uv_set));
+    NG_TRY(use_texture(l, where, &m->metallic_roughness_texture, false, &out.metallic_roughness_texture,
+                       &out.metallic_roughness_uv_set));
+    NG_TRY(use_texture(l, where, &m->normal_texture, false, &out.normal_texture, &out.normal_uv_set));
+    NG_TRY(use_texture(l, where, &m->emissive_texture, true, &out.emissive_texture, &out.emissive_uv_set));
     NG_TRY(ng_gltf_add(l, e, where, NG_MATERIAL, &out));
     return ng_gltf_components(l, e, where, m->extension, NULL);
 }

@@ -43,6 +43,27 @@ static void normalize3(float *v)
         v[i] /= length;
 }
 
+// COLOR_0, of three or four numbers from 0 to 1, as 16-bit fractions.
+static ng_result read_colors(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                             struct ng_geometry *g)
+{
+    const struct gltf_want want = {"COLOR_0", GLTF_FLOATS | GLTF_SMALL_UNSIGNED, 1u << 3 | 1u << 4,
+                                   g->vertex_count, 0};
+    float *colors = NULL;
+    NG_TRY(read_attribute(l, p, &want, &colors));
+    if (!colors)
+        return NG_OK;
+    uint32_t width = l->doc->accessors[attribute(p, want.what)].components;
+    ng_result r = ng_gltf_budget(l, g->vertex_count * (uint64_t)8, where);
+    g->colors = r == NG_OK ? malloc(g->vertex_count * (size_t)8) : NULL;
+    for (size_t i = 0; g->colors && i < g->vertex_count * (size_t)4; i++) {
+        float v = i % 4 < width ? colors[i / 4 * width + i % 4] : 1;
+        g->colors[i] = (uint16_t)(fminf(fmaxf(v, 0), 1) * UINT16_MAX + 0.5f);
+    }
+    free(colors);
+    return r == NG_OK && !g->colors ? ng_out_of_memory(l->path) : r;
+}
+
 static ng_result read_surface(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                               struct ng_geometry *g)
 {
@@ -54,6 +75,8 @@ static ng_result read_surface(struct gltf_loader *l, const struct gltf_primitive
     NG_TRY(read_attribute(l, p, &(struct gltf_want){"NORMAL", GLTF_QUANTIZED, 1u << 3, n, 0}, &g->normals));
     NG_TRY(read_attribute(l, p, &(struct gltf_want){"TANGENT", GLTF_QUANTIZED, 1u << 4, n, 0}, &g->tangents));
     NG_TRY(read_attribute(l, p, &(struct gltf_want){"TEXCOORD_0", GLTF_QUANTIZED, 1u << 2, n, 0}, &g->uvs));
+    NG_TRY(read_attribute(l, p, &(struct gltf_want){"TEXCOORD_1", GLTF_QUANTIZED, 1u << 2, n, 0}, &g->uvs1));
+    NG_TRY(read_colors(l, p, where, g));
     for (size_t i = 0; g->normals && i < n; i++)
         normalize3(g->normals + i * 3);
     for (size_t i = 0; g->tangents && i < n; i++) {
@@ -166,14 +189,25 @@ static ng_result make_triangles(struct gltf_loader *l, const struct gltf_primiti
 static uint64_t completion_size(const struct ng_geometry *g)
 {
     uint64_t vertices = g->normals ? g->vertex_count : g->index_count;
-    uint64_t copies = g->normals ? 0 : 12 + 12 + (g->uvs ? 8u : 0u) + (g->joints ? 24u : 0u);
+    uint64_t copies = g->normals ? 0
+                                 : 12 + 12 + (g->uvs ? 8u : 0u) + (g->uvs1 ? 8u : 0u) +
+                                       (g->colors ? 8u : 0u) + (g->joints ? 24u : 0u);
     return vertices * (copies + (g->uvs ? 0u : 8u) + (g->tangents ? 0u : 16u + 24u));
+}
+
+// The set of texture coordinates that a primitive's normal map uses.
+static int normal_uv_set(const struct gltf_loader *l, const struct gltf_primitive *p)
+{
+    if (p->material < 0 || (uint32_t)p->material >= l->doc->material_count)
+        return 0;
+    return l->doc->materials[p->material].normal_texture.uv_set;
 }
 
 static ng_result build(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                        struct ng_geometry *g, struct ng_cage *cage, struct gltf_shape *out)
 {
     NG_TRY(read_surface(l, p, where, g));
+    g->tangents_of_uvs1 = normal_uv_set(l, p) == 1;
     NG_TRY(read_skinning(l, p, where, g, &out->joint_limit));
     NG_TRY(read_order(l, p, where, g->vertex_count, &g->indices, &g->index_count));
     NG_TRY(make_triangles(l, p, where, g));
@@ -231,10 +265,11 @@ static uint64_t hash_value(uint64_t h, const struct gltf_value *v)
     return h;
 }
 
-static uint64_t shape_key(const struct gltf_primitive *p)
+static uint64_t shape_key(const struct gltf_loader *l, const struct gltf_primitive *p)
 {
     uint64_t h =
         ng_hash_combine((uint64_t)(uint32_t)p->indices << 32 | (uint32_t)p->mode, p->attribute_count);
+    h = ng_hash_combine(h, normal_uv_set(l, p) == 1);
     for (uint32_t i = 0; i < p->attribute_count; i++) {
         h = ng_hash_combine(h, ng_hash_string(p->attributes[i].name));
         h = ng_hash_combine(h, (uint32_t)p->attributes[i].accessor);
@@ -274,7 +309,7 @@ static ng_result make_tables(struct gltf_loader *l)
 static ng_result find_shape(struct gltf_loader *l, const struct gltf_primitive *p, const char *name,
                             const char *where, struct gltf_shape **out)
 {
-    uint64_t key = shape_key(p);
+    uint64_t key = shape_key(l, p);
     struct gltf_shape *shape = slot(l, key);
     if (!shape->geometry.id) {
         shape->key = key;

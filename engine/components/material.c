@@ -32,6 +32,11 @@ static const struct ng_field fields[] = {
              "linear image: G roughness, B metallic"),
     NG_FIELD(struct ng_material, normal_texture, NG_FIELD_ASSET, "", 0, 0, "tangent-space normal map"),
     NG_FIELD(struct ng_material, emissive_texture, NG_FIELD_ASSET, "", 0, 0, "sRGB image"),
+    NG_FIELD(struct ng_material, base_color_uv_set, NG_FIELD_U32, "", 0, 1,
+             "texture coordinates of the texture"),
+    NG_FIELD(struct ng_material, metallic_roughness_uv_set, NG_FIELD_U32, "", 0, 1, "the same"),
+    NG_FIELD(struct ng_material, normal_uv_set, NG_FIELD_U32, "", 0, 1, "the same"),
+    NG_FIELD(struct ng_material, emissive_uv_set, NG_FIELD_U32, "", 0, 1, "the same"),
 };
 
 const struct ng_component_desc ng_material_component = {

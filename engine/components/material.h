@@ -22,6 +22,8 @@ struct ng_material {
     ng_asset metallic_roughness_texture;
     ng_asset normal_texture;
     ng_asset emissive_texture; // sRGB
+    // Which set of texture coordinates of the mesh each texture uses: 0 or 1.
+    uint32_t base_color_uv_set, metallic_roughness_uv_set, normal_uv_set, emissive_uv_set;
 };
 
 #endif

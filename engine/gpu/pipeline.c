@@ -200,7 +200,7 @@ struct graphics_state {
     VkPipelineDepthStencilStateCreateInfo depth;
     VkPipelineColorBlendAttachmentState blends[NG_GPU_MAX_COLOR];
     VkPipelineColorBlendStateCreateInfo blend;
-    VkDynamicState dynamics[4];
+    VkDynamicState dynamics[5];
     VkPipelineDynamicStateCreateInfo dynamic;
     VkPipelineRenderingCreateInfo rendering;
 };
@@ -247,13 +247,18 @@ static void fill_raster(const struct ng_gpu *gpu, const struct ng_gpu_graphics_p
     s->samples = (VkPipelineMultisampleStateCreateInfo){
         .sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO,
         .rasterizationSamples = VK_SAMPLE_COUNT_1_BIT};
-    s->dynamics[0] = VK_DYNAMIC_STATE_VIEWPORT;
-    s->dynamics[1] = VK_DYNAMIC_STATE_SCISSOR;
-    s->dynamics[2] = VK_DYNAMIC_STATE_CULL_MODE;
-    s->dynamics[3] = VK_DYNAMIC_STATE_FRONT_FACE;
+    uint32_t count = 0;
+    s->dynamics[count++] = VK_DYNAMIC_STATE_VIEWPORT;
+    s->dynamics[count++] = VK_DYNAMIC_STATE_SCISSOR;
+    if (p->dynamic_cull) {
+        s->dynamics[count++] = VK_DYNAMIC_STATE_CULL_MODE;
+        s->dynamics[count++] = VK_DYNAMIC_STATE_FRONT_FACE;
+    }
+    if (p->dynamic_strides)
+        s->dynamics[count++] = VK_DYNAMIC_STATE_VERTEX_INPUT_BINDING_STRIDE;
     s->dynamic =
         (VkPipelineDynamicStateCreateInfo){.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,
-                                           .dynamicStateCount = p->dynamic_cull ? 4 : 2,
+                                           .dynamicStateCount = count,
                                            .pDynamicStates = s->dynamics};
 }
 

@@ -71,6 +71,7 @@ struct ng_gpu_graphics_params {
 
     VkCullModeFlags cull; // 0: none
     bool clockwise;       // front faces are clockwise on screen; false: counter-clockwise
+    bool dynamic_strides; // of the vertex bindings: set with them (vkCmdBindVertexBuffers2)
     bool dynamic_cull;    // cull mode and front face are set while recording (vkCmdSetCullMode, -FrontFace)
     bool depth_clamp;     // where the device has it
 

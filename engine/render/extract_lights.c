@@ -150,13 +150,14 @@ static void to_world(const float rows[12], const float p[3], float out[3])
 static ng_result read_triangles(struct ng_light_slot *slot, const struct ng_snapshot_instance *instance,
                                 const struct ng_snapshot_mesh *mesh)
 {
+    const float *uvs = slot->material.emissive_uv_set && mesh->uvs1 ? mesh->uvs1 : mesh->uvs;
     if (!ng_array_resize(&slot->triangles, (size_t)mesh->index_count * 3) ||
         !ng_array_resize(&slot->uvs, (size_t)mesh->index_count * 2))
         return ng_out_of_memory("the frame's scene");
     for (size_t i = 0; i < mesh->index_count; i++) {
         size_t vertex = mesh->indices[i];
         to_world(instance->matrix, mesh->positions + vertex * 3, slot->triangles.items + i * 3);
-        memcpy(slot->uvs.items + i * 2, mesh->uvs + vertex * 2, 2 * sizeof(float));
+        memcpy(slot->uvs.items + i * 2, uvs + vertex * 2, 2 * sizeof(float));
     }
     slot->source.triangle_count = mesh->index_count / 3;
     slot->source.triangles = slot->triangles.items;
@@ -185,8 +186,9 @@ static ng_result read_emitter(struct ng_extractor *x, struct ng_light_slot *slot
     *prepare |= s->double_sided != m->double_sided;
     s->double_sided = m->double_sided;
     *image = m->emissive_texture;
+    bool same_uvs = slot->material.emissive_uv_set == m->emissive_uv_set;
     slot->material = *m;
-    if (slot->piece_version == instance->version)
+    if (slot->piece_version == instance->version && same_uvs)
         return NG_OK;
     slot->piece_version = instance->version;
     *prepare = true;

@@ -2,6 +2,7 @@
 // the snapshot those of emitters follow. Images are listed as materials and lights ask for them.
 #include "base/log.h"
 #include "render/extract_internal.h"
+#include "shaders/shared/scene.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -46,7 +47,8 @@ bool ng_extract_reflects_differently(const struct ng_material *a, const struct n
 {
     return DIFFERS(base_color) || DIFFERS(metallic) || DIFFERS(roughness) || DIFFERS(normal_scale) ||
            DIFFERS(alpha) || DIFFERS(alpha_cutoff) || DIFFERS(alpha_mask) || DIFFERS(double_sided) ||
-           DIFFERS(base_color_texture) || DIFFERS(metallic_roughness_texture) || DIFFERS(normal_texture);
+           DIFFERS(base_color_texture) || DIFFERS(metallic_roughness_texture) || DIFFERS(normal_texture) ||
+           DIFFERS(base_color_uv_set) || DIFFERS(metallic_roughness_uv_set) || DIFFERS(normal_uv_set);
 }
 
 void ng_extract_emission(const struct ng_material *m, float out[3])
@@ -60,7 +62,7 @@ static bool emits_differently(const struct ng_material *a, const struct ng_mater
     float of_a[3], of_b[3];
     ng_extract_emission(a, of_a);
     ng_extract_emission(b, of_b);
-    return !ng_extract_same(of_a, of_b, sizeof of_a) || DIFFERS(emissive_texture);
+    return !ng_extract_same(of_a, of_b, sizeof of_a) || DIFFERS(emissive_texture) || DIFFERS(emissive_uv_set);
 }
 #undef DIFFERS
 
@@ -171,6 +173,9 @@ static ng_result write_material(struct ng_extractor *x, ng_entity e, const struc
         .alpha_cutoff = m->alpha_cutoff,
         .double_sided = m->double_sided,
         .alpha_mask = m->alpha_mask,
+        .second_uvs = m->base_color_uv_set << NG_SLOT_BASE_COLOR |
+                      m->metallic_roughness_uv_set << NG_SLOT_METALLIC_ROUGHNESS |
+                      m->normal_uv_set << NG_SLOT_NORMAL | m->emissive_uv_set << NG_SLOT_EMISSIVE,
     };
     memcpy(out.base_color, m->base_color, sizeof out.base_color);
     ng_extract_emission(m, out.emission);

@@ -166,6 +166,8 @@ static void borrow_geometry(struct ng_shape *s)
     s->mesh.normals = g->normals;
     s->mesh.tangents = g->tangents;
     s->mesh.uvs = g->uvs;
+    s->mesh.uvs1 = g->uvs1;
+    s->mesh.colors = g->colors;
     s->mesh.indices = g->indices;
     s->mesh.rest_positions = g->rest_positions;
     memcpy(s->mesh.bounds_min, g->bounds_min, sizeof g->bounds_min);

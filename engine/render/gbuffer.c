@@ -8,6 +8,8 @@
 #include "render/scene_gpu.h"
 
 #include "background.frag.spv.h"
+#include "gbuffer_full.frag.spv.h"
+#include "gbuffer_full.vert.spv.h"
 #include "gbuffer_moving.frag.spv.h"
 #include "gbuffer_moving.vert.spv.h"
 #include "gbuffer_plain.frag.spv.h"
@@ -38,7 +40,7 @@ static const struct {
 
 struct ng_gbuffer_provider {
     struct ng_gpu *gpu;
-    struct ng_gpu_pipeline *plain, *moving, *textured, *background;
+    struct ng_gpu_pipeline *plain, *moving, *textured, *full, *background;
 };
 
 static const struct ng_gpu_slot scene_slots[] = {
@@ -85,9 +87,13 @@ static ng_result make_scene_pipelines(struct ng_gbuffer_provider *g)
     const struct variant textured = {"gbuffer textured", NG_SPIRV(ng_spv_gbuffer_textured_vert),
                                      NG_SPIRV(ng_spv_gbuffer_textured_frag),
                                      NG_STREAMS_SURFACE_TEXTURED_MOVING, NG_COUNT(scene_slots)};
+    const struct variant full = {"gbuffer full", NG_SPIRV(ng_spv_gbuffer_full_vert),
+                                 NG_SPIRV(ng_spv_gbuffer_full_frag), NG_STREAMS_SURFACE_FULL_MOVING,
+                                 NG_COUNT(scene_slots)};
     NG_TRY(make_scene_pipeline(g->gpu, &plain, &g->plain));
     NG_TRY(make_scene_pipeline(g->gpu, &moving, &g->moving));
-    return make_scene_pipeline(g->gpu, &textured, &g->textured);
+    NG_TRY(make_scene_pipeline(g->gpu, &textured, &g->textured));
+    return make_scene_pipeline(g->gpu, &full, &g->full);
 }
 
 // Push constants of background.frag.
@@ -141,6 +147,7 @@ void ng_gbuffer_destroy(struct ng_gbuffer_provider **provider)
     ng_gpu_pipeline_destroy(&g->plain);
     ng_gpu_pipeline_destroy(&g->moving);
     ng_gpu_pipeline_destroy(&g->textured);
+    ng_gpu_pipeline_destroy(&g->full);
     ng_gpu_pipeline_destroy(&g->background);
     free(g);
     *provider = NULL;
@@ -163,6 +170,7 @@ static ng_result draw_scene(const struct ng_pass_context *ctx)
         &(struct ng_draw_params){.plain = {d->provider->plain, NG_STREAMS_SURFACE},
                                  .moving = {d->provider->moving, NG_STREAMS_SURFACE_MOVING},
                                  .textured = {d->provider->textured, NG_STREAMS_SURFACE_TEXTURED_MOVING},
+                                 .full = {d->provider->full, NG_STREAMS_SURFACE_FULL_MOVING},
                                  .bindings = bindings,
                                  .binding_count = NG_COUNT(bindings),
                                  .view_projection = ng_scene_gpu_camera(scene),

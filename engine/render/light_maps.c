@@ -12,9 +12,13 @@
 #include "render/light_gpu.h"
 #include "render/scene_gpu.h"
 
+#include "depth_full.frag.spv.h"
+#include "depth_full.vert.spv.h"
 #include "depth_masked.frag.spv.h"
 #include "depth_masked.vert.spv.h"
 #include "depth_opaque.vert.spv.h"
+#include "observe_full.frag.spv.h"
+#include "observe_full.vert.spv.h"
 #include "observe_plain.frag.spv.h"
 #include "observe_plain.vert.spv.h"
 #include "observe_textured.frag.spv.h"
@@ -42,14 +46,22 @@ struct observed {
 
 struct ng_light_maps_provider {
     struct ng_light_maps_params params;
-    struct ng_gpu_pipeline *depth, *depth_masked, *surface, *surface_textured;
+    struct ng_gpu_pipeline *depth, *depth_masked, *depth_full;
+    struct ng_gpu_pipeline *surface, *surface_textured, *surface_full;
     NG_ARRAY(struct observed) lights;
     struct ng_index_map names; // hashes of this frame's: how often each was asked for
 };
 
 // ---- Pipelines -------------------------------------------------------------------------------------------
 
-static ng_result make_depth(struct ng_gpu *gpu, bool masked, struct ng_gpu_pipeline **out)
+struct variant {
+    const char *name;
+    struct ng_spirv vertex, fragment;
+    enum ng_vertex_streams streams;
+    bool textured;
+};
+
+static ng_result make_depth(struct ng_gpu *gpu, const struct variant *v, struct ng_gpu_pipeline **out)
 {
     static const struct ng_gpu_slot slots[] = {
         {.binding = 0, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
@@ -58,23 +70,22 @@ static ng_result make_depth(struct ng_gpu *gpu, bool masked, struct ng_gpu_pipel
         NG_MATERIAL_SLOTS,
     };
     struct ng_gpu_graphics_params p = {
-        .name = masked ? "light depth masked" : "light depth",
-        .vertex = masked ? NG_SPIRV(ng_spv_depth_masked_vert) : NG_SPIRV(ng_spv_depth_opaque_vert),
+        .name = v->name,
+        .vertex = v->vertex,
+        .fragment = v->fragment,
         .slots = slots,
-        .slot_count = masked ? NG_COUNT(slots) : 3,
+        .slot_count = v->textured ? NG_COUNT(slots) : 3,
         .push_size = sizeof(uint32_t),
         .dynamic_cull = true,
         .depth_format = VK_FORMAT_D32_SFLOAT,
         .depth_test = true,
         .depth_write = true,
     };
-    if (masked)
-        p.fragment = NG_SPIRV(ng_spv_depth_masked_frag);
-    ng_scene_gpu_vertex_input(masked ? NG_STREAMS_POSITION_UV : NG_STREAMS_POSITION, &p);
+    ng_scene_gpu_vertex_input(v->streams, &p);
     return ng_gpu_graphics_create(gpu, &p, out);
 }
 
-static ng_result make_surface(struct ng_gpu *gpu, bool textured, struct ng_gpu_pipeline **out)
+static ng_result make_surface(struct ng_gpu *gpu, const struct variant *v, struct ng_gpu_pipeline **out)
 {
     static const struct ng_gpu_slot slots[] = {
         {.binding = 1, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
@@ -85,11 +96,11 @@ static ng_result make_surface(struct ng_gpu *gpu, bool textured, struct ng_gpu_p
         NG_MATERIAL_SLOTS,
     };
     struct ng_gpu_graphics_params p = {
-        .name = textured ? "light surface textured" : "light surface",
-        .vertex = textured ? NG_SPIRV(ng_spv_observe_textured_vert) : NG_SPIRV(ng_spv_observe_plain_vert),
-        .fragment = textured ? NG_SPIRV(ng_spv_observe_textured_frag) : NG_SPIRV(ng_spv_observe_plain_frag),
+        .name = v->name,
+        .vertex = v->vertex,
+        .fragment = v->fragment,
         .slots = slots,
-        .slot_count = textured ? NG_COUNT(slots) : 5,
+        .slot_count = v->textured ? NG_COUNT(slots) : 5,
         .push_size = sizeof(uint32_t),
         .dynamic_cull = true,
         .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT,
@@ -99,8 +110,32 @@ static ng_result make_surface(struct ng_gpu *gpu, bool textured, struct ng_gpu_p
         .depth_test = true,
         .depth_write = true,
     };
-    ng_scene_gpu_vertex_input(textured ? NG_STREAMS_SURFACE_TEXTURED : NG_STREAMS_SURFACE, &p);
+    ng_scene_gpu_vertex_input(v->streams, &p);
     return ng_gpu_graphics_create(gpu, &p, out);
+}
+
+static ng_result make_pipelines(struct ng_light_maps_provider *self)
+{
+    const struct variant depth = {
+        "light depth", NG_SPIRV(ng_spv_depth_opaque_vert), {0}, NG_STREAMS_POSITION, false};
+    const struct variant depth_masked = {"light depth masked", NG_SPIRV(ng_spv_depth_masked_vert),
+                                         NG_SPIRV(ng_spv_depth_masked_frag), NG_STREAMS_POSITION_UV, true};
+    const struct variant depth_full = {"light depth full", NG_SPIRV(ng_spv_depth_full_vert),
+                                       NG_SPIRV(ng_spv_depth_full_frag), NG_STREAMS_POSITION_FULL, true};
+    const struct variant surface = {"light surface", NG_SPIRV(ng_spv_observe_plain_vert),
+                                    NG_SPIRV(ng_spv_observe_plain_frag), NG_STREAMS_SURFACE, false};
+    const struct variant surface_textured = {"light surface textured", NG_SPIRV(ng_spv_observe_textured_vert),
+                                             NG_SPIRV(ng_spv_observe_textured_frag),
+                                             NG_STREAMS_SURFACE_TEXTURED, true};
+    const struct variant surface_full = {"light surface full", NG_SPIRV(ng_spv_observe_full_vert),
+                                         NG_SPIRV(ng_spv_observe_full_frag), NG_STREAMS_SURFACE_FULL, true};
+    struct ng_gpu *gpu = self->params.gpu;
+    NG_TRY(make_depth(gpu, &depth, &self->depth));
+    NG_TRY(make_depth(gpu, &depth_masked, &self->depth_masked));
+    NG_TRY(make_depth(gpu, &depth_full, &self->depth_full));
+    NG_TRY(make_surface(gpu, &surface, &self->surface));
+    NG_TRY(make_surface(gpu, &surface_textured, &self->surface_textured));
+    return make_surface(gpu, &surface_full, &self->surface_full);
 }
 
 ng_result ng_light_maps_create(const struct ng_light_maps_params *params, struct ng_light_maps_provider **out)
@@ -114,13 +149,7 @@ ng_result ng_light_maps_create(const struct ng_light_maps_params *params, struct
         self->params.depth_budget = (uint64_t)192 << 20;
     if (!(self->params.cascade_radius > 0))
         self->params.cascade_radius = 40.0f;
-    ng_result r = make_depth(params->gpu, false, &self->depth);
-    if (r == NG_OK)
-        r = make_depth(params->gpu, true, &self->depth_masked);
-    if (r == NG_OK)
-        r = make_surface(params->gpu, false, &self->surface);
-    if (r == NG_OK)
-        r = make_surface(params->gpu, true, &self->surface_textured);
+    ng_result r = make_pipelines(self);
     if (r != NG_OK)
         ng_light_maps_destroy(&self);
     *out = self;
@@ -134,8 +163,10 @@ void ng_light_maps_destroy(struct ng_light_maps_provider **provider)
         return;
     ng_gpu_pipeline_destroy(&self->depth);
     ng_gpu_pipeline_destroy(&self->depth_masked);
+    ng_gpu_pipeline_destroy(&self->depth_full);
     ng_gpu_pipeline_destroy(&self->surface);
     ng_gpu_pipeline_destroy(&self->surface_textured);
+    ng_gpu_pipeline_destroy(&self->surface_full);
     ng_array_finish(&self->lights);
     ng_index_map_finish(&self->names);
     free(self);
@@ -165,6 +196,7 @@ static ng_result draw_depth(const struct ng_pass_context *ctx)
             scene, ctx->cmd,
             &(struct ng_draw_params){.plain = {d->self->depth, NG_STREAMS_POSITION},
                                      .textured = {d->self->depth_masked, NG_STREAMS_POSITION_UV},
+                                     .full = {d->self->depth_full, NG_STREAMS_POSITION_FULL},
                                      .depth_only = true,
                                      .bindings = bindings,
                                      .binding_count = NG_COUNT(bindings),
@@ -187,6 +219,7 @@ static ng_result draw_surface(const struct ng_pass_context *ctx)
             scene, ctx->cmd,
             &(struct ng_draw_params){.plain = {d->self->surface, NG_STREAMS_SURFACE},
                                      .textured = {d->self->surface_textured, NG_STREAMS_SURFACE_TEXTURED},
+                                     .full = {d->self->surface_full, NG_STREAMS_SURFACE_FULL},
                                      .bindings = bindings,
                                      .binding_count = NG_COUNT(bindings),
                                      .push = &layer,

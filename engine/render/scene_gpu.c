@@ -70,7 +70,7 @@ struct ng_gpu_binding ng_scene_gpu_black(const struct ng_scene_gpu *s, uint32_t 
 
 // ---- A frame's data --------------------------------------------------------------------------------------
 
-enum kind { KIND_PLAIN, KIND_MOVING, KIND_TEXTURED };
+enum kind { KIND_PLAIN, KIND_MOVING, KIND_TEXTURED, KIND_FULL };
 
 static bool has_moved(const struct ng_snapshot_instance *i)
 {
@@ -82,9 +82,12 @@ static bool has_moved(const struct ng_snapshot_instance *i)
 
 static enum kind kind_of(const struct ng_scene_gpu *s, const struct ng_snapshot_instance *i)
 {
+    const struct ng_snapshot_mesh *mesh = &s->snapshot->meshes[i->mesh];
+    if (mesh->colors || (mesh->uvs1 && s->snapshot->materials[i->material].second_uvs))
+        return KIND_FULL;
     if (ng_material_is_textured(&s->snapshot->materials[i->material]))
         return KIND_TEXTURED;
-    return s->snapshot->meshes[i->mesh].dynamic || has_moved(i) ? KIND_MOVING : KIND_PLAIN;
+    return mesh->dynamic || has_moved(i) ? KIND_MOVING : KIND_PLAIN;
 }
 
 static struct draw_key draw_key(const struct ng_scene_gpu *s, uint32_t index)
@@ -92,10 +95,11 @@ static struct draw_key draw_key(const struct ng_scene_gpu *s, uint32_t index)
     const struct ng_snapshot_instance *instance = &s->snapshot->instances[index];
     const struct ng_snapshot_material *m = &s->snapshot->materials[instance->material];
     enum kind kind = kind_of(s, instance);
-    uint64_t textured = kind == KIND_TEXTURED, masked = m->alpha_mask;
+    uint64_t full = kind == KIND_FULL, textured = full || kind == KIND_TEXTURED, masked = m->alpha_mask;
     uint64_t facing = instance->flags & (NG_INSTANCE_DOUBLE_SIDED | NG_INSTANCE_MIRRORED);
-    return (struct draw_key){.sort = textured << 62 | masked << 61 | facing << 32 | instance->mesh,
-                             .group = kind == KIND_TEXTURED ? ng_texture_cache_group_key(&s->textures, m) : 0,
+    return (struct draw_key){.sort =
+                                 full << 63 | textured << 62 | masked << 61 | facing << 32 | instance->mesh,
+                             .group = textured ? ng_texture_cache_group_key(&s->textures, m) : 0,
                              .kind = kind,
                              .instance = index};
 }
@@ -170,6 +174,7 @@ static struct ng_material_data material_data(const struct ng_snapshot_material *
                                  .alpha = m->alpha,
                                  .alpha_cutoff = m->alpha_mask ? m->alpha_cutoff : 0,
                                  .flags = (m->double_sided ? NG_MATERIAL_DOUBLE_SIDED : 0u) |
+                                          m->second_uvs * NG_MATERIAL_SECOND_UVS |
                                           (m->normal_image != NG_NONE ? NG_MATERIAL_NORMAL_MAP : 0u)};
     memcpy(d.base_color, m->base_color, sizeof d.base_color);
     memcpy(d.emission, m->emission, sizeof d.emission);
@@ -321,9 +326,12 @@ static ng_result draw_run(struct draw_state *d, const struct run *r)
     const struct ng_draw_params *p = d->params;
     const struct ng_snapshot_mesh *mesh = &s->snapshot->meshes[r->instance->mesh];
     const struct ng_snapshot_material *material = &s->snapshot->materials[r->instance->material];
-    bool textured = p->depth_only ? material->alpha_mask : r->key->kind == KIND_TEXTURED;
+    bool full = r->key->kind == KIND_FULL && p->full.pipeline;
+    bool textured = p->depth_only ? material->alpha_mask : r->key->kind >= KIND_TEXTURED;
     bool moving = r->key->kind == KIND_MOVING && p->moving.pipeline;
-    const struct ng_draw_pipeline *use = textured ? &p->textured : moving ? &p->moving : &p->plain;
+    const struct ng_draw_pipeline *use = !textured ? (moving ? &p->moving : &p->plain)
+                                         : full    ? &p->full
+                                                   : &p->textured;
     NG_TRY(set_pipeline(d, use->pipeline));
     if (textured) {
         const struct ng_gpu_bind_group *group = NULL;

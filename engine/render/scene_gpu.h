@@ -32,6 +32,9 @@ enum ng_vertex_streams {
     NG_STREAMS_SURFACE_MOVING,          // and 2 previous position
     NG_STREAMS_SURFACE_TEXTURED,        // 0 position, 1 normal, 2 tangent, 3 texture coordinates
     NG_STREAMS_SURFACE_TEXTURED_MOVING, // and 4 previous position
+    NG_STREAMS_POSITION_FULL,           // 0 position, 1 and 2 both sets of texture coordinates, 3 colour
+    NG_STREAMS_SURFACE_FULL,            // _SURFACE_TEXTURED, 4 the second texture coordinates, 5 colour
+    NG_STREAMS_SURFACE_FULL_MOVING,     // and 6 previous position
 };
 // Fills the vertex input of `params` for these streams; the arrays are static.
 void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_graphics_params *params);
@@ -58,12 +61,13 @@ struct ng_gpu_binding ng_scene_gpu_image(const struct ng_scene_gpu *scene, uint3
 struct ng_gpu_binding ng_scene_gpu_black(const struct ng_scene_gpu *scene, uint32_t binding);
 
 struct ng_draw_params {
-    // What materials without textures, those of them that have moved, and materials with textures or a mask
-    // are drawn with. No `moving`: motion does not matter, as `plain`.
+    // What materials without textures, those of them that have moved, materials with textures or a mask, and
+    // meshes whose colours or second texture coordinates are used are drawn with. No `moving`: motion does
+    // not matter, as `plain`. No `full`: as `textured`.
     struct ng_draw_pipeline {
         const struct ng_gpu_pipeline *pipeline;
         enum ng_vertex_streams streams;
-    } plain, moving, textured;
+    } plain, moving, textured, full;
     bool depth_only;                       // a mask matters, other textures do not
     const struct ng_gpu_binding *bindings; // set 0, for both pipelines
     uint32_t binding_count;

@@ -17,6 +17,8 @@ enum ng_mesh_stream {
     NG_STREAM_NORMAL,
     NG_STREAM_TANGENT,
     NG_STREAM_UV,
+    NG_STREAM_UV1,   // empty where the mesh has none
+    NG_STREAM_COLOR, // of one vertex, white, where it has none and might be asked for it
     NG_STREAM_INDEX,
     NG_STREAM_PREVIOUS,
     NG_STREAM_COUNT
@@ -28,6 +30,7 @@ struct ng_mesh_entry {
     struct ng_gpu_buffer *buffers[NG_GPU_FRAMES]; // dynamic meshes take turns
     uint32_t current;
     uint64_t offsets[NG_STREAM_COUNT];
+    bool has_uvs1, has_colors;
     bool moved; // dynamic: the previous positions are those of another revision
 };
 

@@ -12,7 +12,7 @@
 
 // ---- Vertex input ----------------------------------------------------------------------------------------
 
-#define MAX_STREAMS 5
+#define MAX_STREAMS 7
 #define FLOAT2(n)                                                                                            \
     {                                                                                                        \
         .location = (n), .binding = (n), .format = VK_FORMAT_R32G32_SFLOAT                                   \
@@ -24,6 +24,10 @@
 #define FLOAT4(n)                                                                                            \
     {                                                                                                        \
         .location = (n), .binding = (n), .format = VK_FORMAT_R32G32B32A32_SFLOAT                             \
+    }
+#define UNORM4(n)                                                                                            \
+    {                                                                                                        \
+        .location = (n), .binding = (n), .format = VK_FORMAT_R16G16B16A16_UNORM                              \
     }
 
 // Each stream is a buffer binding of its own, with the number of its location.
@@ -55,7 +59,28 @@ static const struct streams {
                                              NG_STREAM_UV, NG_STREAM_PREVIOUS},
                                             {{12, false}, {12, false}, {16, false}, {8, false}, {12, false}},
                                             {FLOAT3(0), FLOAT3(1), FLOAT4(2), FLOAT2(3), FLOAT3(4)}},
+    [NG_STREAMS_POSITION_FULL] = {4,
+                                  {NG_STREAM_POSITION, NG_STREAM_UV, NG_STREAM_UV1, NG_STREAM_COLOR},
+                                  {{12, false}, {8, false}, {8, false}, {8, false}},
+                                  {FLOAT3(0), FLOAT2(1), FLOAT2(2), UNORM4(3)}},
+    [NG_STREAMS_SURFACE_FULL] = {6,
+                                 {NG_STREAM_POSITION, NG_STREAM_NORMAL, NG_STREAM_TANGENT, NG_STREAM_UV,
+                                  NG_STREAM_UV1, NG_STREAM_COLOR},
+                                 {{12, false}, {12, false}, {16, false}, {8, false}, {8, false}, {8, false}},
+                                 {FLOAT3(0), FLOAT3(1), FLOAT4(2), FLOAT2(3), FLOAT2(4), UNORM4(5)}},
+    [NG_STREAMS_SURFACE_FULL_MOVING] =
+        {7,
+         {NG_STREAM_POSITION, NG_STREAM_NORMAL, NG_STREAM_TANGENT, NG_STREAM_UV, NG_STREAM_UV1,
+          NG_STREAM_COLOR, NG_STREAM_PREVIOUS},
+         {{12, false}, {12, false}, {16, false}, {8, false}, {8, false}, {8, false}, {12, false}},
+         {FLOAT3(0), FLOAT3(1), FLOAT4(2), FLOAT2(3), FLOAT2(4), UNORM4(5), FLOAT3(6)}},
 };
+
+// Of these a stream may be that of one vertex for all.
+static bool is_full(enum ng_vertex_streams streams)
+{
+    return streams >= NG_STREAMS_POSITION_FULL;
+}
 
 void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_graphics_params *params)
 {
@@ -63,22 +88,27 @@ void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_gra
     params->vertex_bindings = s->bindings;
     params->vertex_attributes = s->attributes;
     params->vertex_binding_count = params->vertex_attribute_count = s->count;
+    params->dynamic_strides = is_full(streams);
 }
 
 // ---- Meshes ----------------------------------------------------------------------------------------------
 
 static uint64_t stream_bytes(const struct ng_snapshot_mesh *m, enum ng_mesh_stream stream)
 {
-    static const uint64_t per_vertex[NG_STREAM_COUNT] = {12, 12, 16, 8, 0, 12};
-    if (stream == NG_STREAM_PREVIOUS && !m->dynamic)
+    static const uint64_t per_vertex[NG_STREAM_COUNT] = {12, 12, 16, 8, 8, 8, 0, 12};
+    if ((stream == NG_STREAM_PREVIOUS && !m->dynamic) || (stream == NG_STREAM_UV1 && !m->uvs1))
         return 0;
+    if (stream == NG_STREAM_COLOR && !m->colors)
+        return m->uvs1 ? per_vertex[stream] : 0;
     return stream == NG_STREAM_INDEX ? 4ull * m->index_count : per_vertex[stream] * m->vertex_count;
 }
 
 static const void *stream_data(const struct ng_snapshot_mesh *m, enum ng_mesh_stream stream)
 {
-    const void *data[NG_STREAM_COUNT] = {m->positions, m->normals, m->tangents,
-                                         m->uvs,       m->indices, m->previous_positions};
+    static const uint16_t white[4] = {UINT16_MAX, UINT16_MAX, UINT16_MAX, UINT16_MAX};
+    const void *colors = m->colors ? m->colors : white;
+    const void *data[NG_STREAM_COUNT] = {m->positions, m->normals, m->tangents, m->uvs,
+                                         m->uvs1,      colors,     m->indices,  m->previous_positions};
     return data[stream];
 }
 
@@ -121,6 +151,8 @@ static ng_result make_buffers(struct ng_gpu *gpu, struct ng_mesh_entry *e, const
     }
     e->vertex_count = m->vertex_count;
     e->index_count = m->index_count;
+    e->has_uvs1 = m->uvs1;
+    e->has_colors = m->colors;
     for (uint32_t i = 0; i < (m->dynamic ? NG_GPU_FRAMES : 1); i++)
         NG_TRY(ng_gpu_buffer_create(gpu,
                                     &(struct ng_gpu_buffer_params){
@@ -232,15 +264,21 @@ void ng_mesh_cache_bind(const struct ng_mesh_cache *c, struct ng_cmd *cmd, uint3
     const struct ng_mesh_entry *e = &c->entries.items[c->of.items[mesh]];
     const struct streams *wanted = &streams_of[streams];
     VkBuffer b = e->buffers[e->current]->handle, buffers[MAX_STREAMS];
-    VkDeviceSize offsets[MAX_STREAMS];
+    VkDeviceSize offsets[MAX_STREAMS], strides[MAX_STREAMS];
     for (uint32_t i = 0; i < wanted->count; i++) {
         // Vertices that have not moved against their object are where they were.
         enum ng_mesh_stream stream = wanted->streams[i];
         if (stream == NG_STREAM_PREVIOUS && !e->moved)
             stream = NG_STREAM_POSITION;
+        if (stream == NG_STREAM_UV1 && !e->has_uvs1)
+            stream = NG_STREAM_UV;
         buffers[i] = b;
         offsets[i] = e->offsets[stream];
+        strides[i] = stream == NG_STREAM_COLOR && !e->has_colors ? 0 : wanted->bindings[i].stride;
     }
-    vkCmdBindVertexBuffers(cmd->handle, 0, wanted->count, buffers, offsets);
+    if (is_full(streams))
+        vkCmdBindVertexBuffers2(cmd->handle, 0, wanted->count, buffers, offsets, NULL, strides);
+    else
+        vkCmdBindVertexBuffers(cmd->handle, 0, wanted->count, buffers, offsets);
     vkCmdBindIndexBuffer(cmd->handle, b, e->offsets[NG_STREAM_INDEX], VK_INDEX_TYPE_UINT32);
 }

@@ -28,9 +28,12 @@ struct ng_snapshot_mesh {
     // none was. They follow from the scene, not from who draws it: the same for all revisions of a key, or
     // null.
     const float *rest_positions;
-    const float *normals;    // [vertex_count][3]
-    const float *tangents;   // [vertex_count][4]
-    const float *uvs;        // [vertex_count][2]
+    const float *normals;  // [vertex_count][3]
+    const float *tangents; // [vertex_count][4]
+    const float *uvs;      // [vertex_count][2]
+    const float *uvs1;     // [vertex_count][2], or null: `uvs` stand in for it
+    const uint16_t
+        *colors; // [vertex_count][4], 65,535 is 1: factors of base colour and alpha; or null: white
     const uint32_t *indices; // [index_count]
     float bounds_min[3], bounds_max[3];
 };
@@ -73,6 +76,7 @@ struct ng_snapshot_material {
     bool double_sided, alpha_mask;
     // Indices of snapshot images, or NG_NONE.
     uint32_t base_color_image, metallic_roughness_image, normal_image, emissive_image;
+    uint32_t second_uvs; // set of 1 << NG_SLOT_* (shaders/shared/scene.h): these textures use `uvs1`
 };
 
 struct ng_snapshot_camera {

@@ -11,6 +11,12 @@ layout(location = 1) in vec2 in_uv;
 layout(location = 0) out vec2 out_uv;
 layout(location = 1) flat out uint out_material;
 #endif
+#ifdef NG_FULL
+layout(location = 2) in vec2 in_uv1;
+layout(location = 3) in vec4 in_color;
+layout(location = 2) out float out_alpha;
+#include "texture_uv.glsl"
+#endif
 
 void main()
 {
@@ -22,5 +28,9 @@ void main()
 #ifdef NG_MASKED
     out_uv = in_uv;
     out_material = instances[gl_InstanceIndex].material;
+#endif
+#ifdef NG_FULL
+    out_uv = texture_uv(out_material, NG_SLOT_BASE_COLOR);
+    out_alpha = in_color.a;
 #endif
 }

@@ -17,8 +17,7 @@ void main()
     out_previous = transform_point(instances[gl_InstanceIndex].previous_matrix, in_previous);
 #endif
 #ifdef NG_TEXTURED
-    out_tangent = transform_tangent(matrix, in_tangent);
-    out_uv = in_uv;
+    write_surface(matrix);
 #endif
     gl_Position = view.view_projection * vec4(position, 1);
 }

@@ -15,8 +15,7 @@ void main()
     out_normal = transform_normal(matrix, in_normal);
     out_instance = gl_InstanceIndex;
 #ifdef NG_TEXTURED
-    out_tangent = transform_tangent(matrix, in_tangent);
-    out_uv = in_uv;
+    write_surface(matrix);
 #endif
     out_layer = push.layer;
     gl_Position = views[push.layer].view_projection * vec4(position, 1);

@@ -13,7 +13,14 @@ layout(set = 1, binding = 1) uniform sampler2D metallic_roughness_map;
 layout(set = 1, binding = 2) uniform sampler2D normal_map;
 layout(set = 1, binding = 3) uniform sampler2D emissive_map;
 layout(location = 2) in vec4 in_tangent;
+#ifdef NG_FULL
+layout(location = 6) in vec2 in_uvs[4]; // by the texture's slot
+layout(location = 10) in vec4 in_color;
+#define TEXTURE_UV(slot) in_uvs[slot]
+#else
 layout(location = 3) in vec2 in_uv;
+#define TEXTURE_UV(slot) in_uv
+#endif
 #endif
 
 struct surface {
@@ -31,14 +38,17 @@ surface surface_load(ng_material_data m, uint flags)
     float metallic = m.metallic, roughness = m.roughness;
     vec3 normal = normalize(in_normal);
 #ifdef NG_TEXTURED
-    vec4 color = texture(base_color_map, in_uv);
+    vec4 color = texture(base_color_map, TEXTURE_UV(NG_SLOT_BASE_COLOR));
+#ifdef NG_FULL
+    color *= in_color;
+#endif
     if (m.alpha_cutoff > 0 && color.a * m.alpha < m.alpha_cutoff)
         discard;
     base *= color.rgb;
-    vec4 metal_rough = texture(metallic_roughness_map, in_uv);
+    vec4 metal_rough = texture(metallic_roughness_map, TEXTURE_UV(NG_SLOT_METALLIC_ROUGHNESS));
     metallic *= metal_rough.b;
     roughness *= metal_rough.g;
-    emission *= texture(emissive_map, in_uv).rgb;
+    emission *= texture(emissive_map, TEXTURE_UV(NG_SLOT_EMISSIVE)).rgb;
     if ((m.flags & NG_MATERIAL_NORMAL_MAP) != 0) {
         // The bitangent from the interpolated normal and tangent, as the glTF specification asks (3.7.2.1).
         vec3 tangent = in_tangent.xyz - normal * dot(normal, in_tangent.xyz);
@@ -46,7 +56,7 @@ surface surface_load(ng_material_data m, uint flags)
         if (size > 0) {
             tangent *= inversesqrt(size);
             vec3 bitangent = cross(normal, tangent) * in_tangent.w;
-            vec3 t = texture(normal_map, in_uv).xyz * 2 - 1;
+            vec3 t = texture(normal_map, TEXTURE_UV(NG_SLOT_NORMAL)).xyz * 2 - 1;
             t.xy *= m.normal_scale;
             normal = normalize(tangent * t.x + bitangent * t.y + normal * t.z);
         }

@@ -1,5 +1,6 @@
 // Vertex stage of the passes that shade surfaces: transforms a vertex and hands its attributes on.
-// NG_TEXTURED adds what textures need, tangents and texture coordinates.
+// NG_TEXTURED adds what textures need, tangents and texture coordinates; NG_FULL, with it, the second texture
+// coordinates and the colours of vertices.
 #include "shared/scene.h"
 
 layout(set = 0, binding = 0, scalar) uniform View { ng_view_data view; };
@@ -11,7 +12,15 @@ layout(location = 1) in vec3 in_normal;
 layout(location = 2) in vec4 in_tangent;
 layout(location = 3) in vec2 in_uv;
 layout(location = 2) out vec4 out_tangent;
+#ifdef NG_FULL
+layout(location = 4) in vec2 in_uv1;
+layout(location = 5) in vec4 in_color;
+layout(location = 6) out vec2 out_uvs[4]; // by the texture's slot
+layout(location = 10) out vec4 out_color;
+#include "texture_uv.glsl"
+#else
 layout(location = 3) out vec2 out_uv;
+#endif
 #endif
 
 layout(location = 0) out vec3 out_normal;
@@ -39,5 +48,18 @@ vec4 transform_tangent(vec4 m[3], vec4 t)
 {
     bool mirrors = dot(m[0].xyz, cross(m[1].xyz, m[2].xyz)) < 0;
     return vec4(transform_point(m, t.xyz) - transform_point(m, vec3(0)), mirrors ? -t.w : t.w);
+}
+
+void write_surface(vec4 m[3])
+{
+    out_tangent = transform_tangent(m, in_tangent);
+#ifdef NG_FULL
+    uint material = instances[gl_InstanceIndex].material;
+    for (uint slot = 0; slot < 4; slot++)
+        out_uvs[slot] = texture_uv(material, slot);
+    out_color = in_color;
+#else
+    out_uv = in_uv;
+#endif
 }
 #endif

@@ -4,6 +4,7 @@
 #include "lightformer/trace/tracer_internal.h"
 #include "lightformer/trace/vec.h"
 #include "shaders/shared/brdf.h"
+#include "shaders/shared/scene.h"
 
 #include <cglm/cglm.h>
 #include <string.h>
@@ -26,31 +27,56 @@ static void interpolate(const struct ng_snapshot_mesh *mesh, const float *attrib
     }
 }
 
+// A texture of the material at a hit, by its slot; white where it has none.
+static void read_texture(const struct lf_tracer *tracer, const struct lf_instance *in, uint32_t slot,
+                         uint32_t image, const struct lf_hit *hit, float rgba[4])
+{
+    const struct ng_snapshot_mesh *mesh = in->mesh;
+    bool second = in->material->second_uvs >> slot & 1 && mesh->uvs1;
+    float uv[2] = {0, 0};
+    if (image != NG_NONE) // what is not read is not waited for
+        interpolate(mesh, second ? mesh->uvs1 : mesh->uvs, 2, hit->triangle, hit->barycentric, uv);
+    lf_texture_at(lf_tracer_srgb(tracer), image_of(lf_tracer_snapshot(tracer), image), uv, rgba);
+}
+
+// Base colour and alpha: texel times the colours of the vertices.
+static void find_base(const struct lf_tracer *tracer, const struct lf_instance *in, const struct lf_hit *hit,
+                      float rgba[4])
+{
+    const uint32_t *index = in->mesh->indices + (size_t)hit->triangle * 3;
+    const float b[3] = {1 - hit->barycentric[0] - hit->barycentric[1], hit->barycentric[0],
+                        hit->barycentric[1]};
+    read_texture(tracer, in, NG_SLOT_BASE_COLOR, in->material->base_color_image, hit, rgba);
+    for (size_t c = 0; c < 4 && in->mesh->colors; c++) {
+        float sum = 0;
+        for (int i = 0; i < 3; i++)
+            sum += b[i] * (float)in->mesh->colors[(size_t)index[i] * 4 + c];
+        rgba[c] *= sum / UINT16_MAX;
+    }
+}
+
 bool lf_surface_is_cut(const struct lf_tracer *tracer, uint32_t instance, uint32_t triangle,
                        const float barycentric[2])
 {
     const struct lf_instance *in = lf_tracer_instance(tracer, instance);
     const struct ng_snapshot_material *m = in->material;
-    float uv[2], rgba[4];
+    const struct lf_hit hit = {.triangle = triangle, .barycentric = {barycentric[0], barycentric[1]}};
+    float rgba[4];
     if (!m->alpha_mask)
         return false;
-    interpolate(in->mesh, in->mesh->uvs, 2, triangle, barycentric, uv);
-    lf_texture_at(lf_tracer_srgb(tracer), image_of(lf_tracer_snapshot(tracer), m->base_color_image), uv,
-                  rgba);
+    find_base(tracer, in, &hit, rgba);
     return rgba[3] * m->alpha < m->alpha_cutoff;
 }
 
 // The normal map's turn of `normal`; the bitangent from the interpolated normal and tangent (glTF 2.0,
 // 3.7.2.1).
-static void bend_normal(const struct lf_srgb *srgb, const struct ng_image *image, float scale,
-                        const float tangent4[4], const float uv[2], float normal[3])
+static void bend_normal(const float texel[4], float scale, const float tangent4[4], float normal[3])
 {
-    float texel[4], tangent[3], bitangent[3];
+    float tangent[3], bitangent[3];
     lf_mad(tangent4, normal, -lf_dot(normal, tangent4), tangent);
     if (!lf_normalize(tangent))
         return;
     lf_cross(normal, tangent, bitangent);
-    lf_texture_at(srgb, image, uv, texel);
     float x = (texel[0] * 2 - 1) * scale, y = (texel[1] * 2 - 1) * scale * tangent4[3], z = texel[2] * 2 - 1;
     const float bent[3] = {tangent[0] * x + bitangent[0] * y + normal[0] * z,
                            tangent[1] * x + bitangent[1] * y + normal[1] * z,
@@ -75,7 +101,7 @@ static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_
     const struct ng_snapshot *s = lf_tracer_snapshot(tracer);
     const struct ng_snapshot_material *m = in->material;
     const float *to_world = in->normal_matrix;
-    float own[3], tangent[4];
+    float own[3], tangent[4], texel[4];
     interpolate(in->mesh, in->mesh->normals, 3, hit->triangle, hit->barycentric, own);
     float n[3] = {lf_dot(to_world, own), lf_dot(to_world + 3, own), lf_dot(to_world + 6, own)};
     if (!lf_normalize(n))
@@ -85,8 +111,8 @@ static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_
         return;
     interpolate(in->mesh, in->mesh->tangents, 4, hit->triangle, hit->barycentric, tangent);
     transform_tangent(s->instances[hit->instance].matrix, tangent);
-    bend_normal(lf_tracer_srgb(tracer), image_of(s, m->normal_image), m->normal_scale, tangent, out->uv,
-                out->normal);
+    read_texture(tracer, in, NG_SLOT_NORMAL, m->normal_image, hit, texel);
+    bend_normal(texel, m->normal_scale, tangent, out->normal);
 }
 
 // Factors times texels.
@@ -102,15 +128,14 @@ static void find_look(const struct ng_snapshot_material *m, const float base[4],
     out->roughness = ng_clamp(m->roughness * metal_rough[1], NG_ROUGHNESS_MIN, 1.0f);
 }
 
-static void find_textured_look(const struct lf_tracer *tracer, const struct ng_snapshot_material *m,
-                               const float uv[2], struct lf_look *out)
+static void find_textured_look(const struct lf_tracer *tracer, const struct lf_instance *in,
+                               const struct lf_hit *hit, struct lf_look *out)
 {
-    const struct ng_snapshot *s = lf_tracer_snapshot(tracer);
-    const struct lf_srgb *srgb = lf_tracer_srgb(tracer);
+    const struct ng_snapshot_material *m = in->material;
     float base[4], metal_rough[4], emission[4];
-    lf_texture_at(srgb, image_of(s, m->base_color_image), uv, base);
-    lf_texture_at(srgb, image_of(s, m->metallic_roughness_image), uv, metal_rough);
-    lf_texture_at(srgb, image_of(s, m->emissive_image), uv, emission);
+    find_base(tracer, in, hit, base);
+    read_texture(tracer, in, NG_SLOT_METALLIC_ROUGHNESS, m->metallic_roughness_image, hit, metal_rough);
+    read_texture(tracer, in, NG_SLOT_EMISSIVE, m->emissive_image, hit, emission);
     find_look(m, base, metal_rough, emission, out);
 }
 
@@ -148,7 +173,7 @@ void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct
     out->light = in->light;
     out->place = in->light == NG_NONE ? NG_NONE : snapshot->lights[in->light].place;
     out->textured = m->base_color_image != NG_NONE || m->metallic_roughness_image != NG_NONE ||
-                    m->normal_image != NG_NONE || m->emissive_image != NG_NONE;
+                    m->normal_image != NG_NONE || m->emissive_image != NG_NONE || out->mesh->colors;
     find_normal_matrix(in->matrix, out->normal_matrix);
     find_look(m, white, white, white, &out->plain);
 }
@@ -225,19 +250,16 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
     out->light = in->light;
     out->front = hit->front;
     out->double_sided = (in->flags & NG_INSTANCE_DOUBLE_SIDED) != 0;
-    out->uv[0] = out->uv[1] = 0;
     for (int i = 0; i < 3; i++) {
         out->position[i] = hit->position[i];
         out->flat_normal[i] = out->normal[i] = hit->normal[i];
     }
-    if (in->shape == LF_SHAPE_TRIANGLES) {
-        if (in->textured) // what is not read is not waited for
-            interpolate(in->mesh, in->mesh->uvs, 2, hit->triangle, hit->barycentric, out->uv);
+    bool look_up = in->textured && in->shape == LF_SHAPE_TRIANGLES; // what is not read is not waited for
+    if (in->shape == LF_SHAPE_TRIANGLES)
         find_shading_normal(tracer, in, hit, out);
-    }
-    if (in->textured)
-        find_textured_look(tracer, in->material, out->uv, &textured);
-    set_look(in->textured ? &textured : &in->plain, out);
+    if (look_up)
+        find_textured_look(tracer, in, hit, &textured);
+    set_look(look_up ? &textured : &in->plain, out);
     settle_normals(out);
     if (!hit->front)
         turn_over(out);

@@ -11,7 +11,6 @@ struct lf_surface {
     float position[3];
     float flat_normal[3]; // geometric, towards the side that was met
     float normal[3];      // shading normal of that side, with the normal map
-    float uv[2];          // zero where the material has no texture
     float albedo[3], f0[3];
     float roughness; // at least 0.045
     // Radiance that the surface shows without being a light's emitter; zero behind one-sided ones.

@@ -20,7 +20,7 @@ struct lf_instance {
     enum lf_shape shape;
     uint32_t flags, light;
     uint32_t place;         // of the light (snapshot.h), or NG_NONE
-    bool textured;          // its material has an image
+    bool textured;          // its material has an image, or its vertices have colours
     float normal_matrix[9]; // row-major, to world; not of unit scale
     struct lf_look plain;   // without textures
 };

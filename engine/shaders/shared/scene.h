@@ -48,6 +48,14 @@ struct ng_material_data {
 #endif
 #define NG_MATERIAL_DOUBLE_SIDED 1
 #define NG_MATERIAL_NORMAL_MAP   2
+// Shifted by a texture's slot: it uses the second set of texture coordinates.
+#define NG_MATERIAL_SECOND_UVS   16
+
+// The textures of a material, in the order of their bindings in set 1.
+#define NG_SLOT_BASE_COLOR         0
+#define NG_SLOT_METALLIC_ROUGHNESS 1
+#define NG_SLOT_NORMAL             2
+#define NG_SLOT_EMISSIVE           3
 
 // One direction in which a light looks at the scene: a cube face, a cone, or an orthographic slab.
 // A point p maps to the picture by q = p - origin: x = dot(q, axis_x) / w, y = dot(q, axis_y) / w, with

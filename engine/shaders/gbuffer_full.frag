@@ -1,0 +1,7 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#define NG_TEXTURED
+#define NG_FULL
+#define NG_MOVING
+#include "gbuffer.frag.glsl"

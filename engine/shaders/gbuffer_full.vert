@@ -1,0 +1,8 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#define NG_TEXTURED
+#define NG_FULL
+#define NG_MOVING
+#define NG_PREVIOUS_LOCATION 6
+#include "gbuffer.vert.glsl"
