@@ -134,7 +134,7 @@ static void change(struct editor *e, const struct ng_field *f, unsigned char *va
         break;
     case NG_FIELD_I32:
     case NG_FIELD_U32:
-        whole = below(e, MAX_WHOLE + 1);
+        whole = below(e, (f->max > 0 && f->max < MAX_WHOLE ? (uint32_t)f->max : MAX_WHOLE) + 1);
         memcpy(value, &whole, sizeof whole);
         break;
     case NG_FIELD_ENUM:

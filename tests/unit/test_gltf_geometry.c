@@ -1,0 +1,258 @@
+// What vertices have in files: colours, second texture coordinates, quantized numbers.
+#include "gltf_maker.h"
+
+#include "asset/assets.h"
+#include "asset/gltf.h"
+#include "components/components.h"
+#include "components/material.h"
+#include "components/mesh.h"
+#include "scene/world.h"
+
+#include <math.h>
+
+enum { I8 = 5120, U8, I16, U16, U32 = 5125, F32 };
+
+static const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+static const float normals[] = {0, 0, 1, 0, 0, 1, 0, 0, 1};
+
+struct loaded {
+    struct ng_world *world;
+    struct ng_assets *assets;
+    struct ng_gltf_scene scene;
+    struct test_log log;
+};
+
+static ng_result load(struct loaded *l, const char *path)
+{
+    assert_int_equal(ng_world_create(NULL, &l->world), NG_OK);
+    assert_int_equal(ng_components_register(l->world), NG_OK);
+    assert_int_equal(ng_assets_create(&l->assets), NG_OK);
+    test_log_begin(&l->log);
+    ng_result r = ng_gltf_load(path, l->world, l->assets, NULL, &l->scene);
+    test_log_end(&l->log);
+    return r;
+}
+
+static void finish(struct loaded *l)
+{
+    ng_assets_destroy(&l->assets);
+    ng_world_destroy(&l->world);
+}
+
+static const struct ng_geometry *first_geometry(const struct loaded *l)
+{
+    const struct ng_geometry *g =
+        ng_assets_geometry(l->assets, ng_assets_next(l->assets, NG_ASSET_GEOMETRY, (ng_asset){0}));
+    assert_non_null(g);
+    return g;
+}
+
+// One primitive with these attributes beside POSITION and NORMAL.
+static void load_attributes(struct loaded *l, struct gltf_maker *m, const char *attributes, const char *more)
+{
+    char rest[2048], path[512];
+    int positions = GLTF_PUT(m, F32, "VEC3", 3, corners), normal = GLTF_PUT(m, F32, "VEC3", 3, normals);
+    snprintf(rest, sizeof rest,
+             "\"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"primitives\": [{\"attributes\": "
+             "{\"POSITION\": %d, \"NORMAL\": %d%s}%s}]}]",
+             positions, normal, attributes, more);
+    gltf_write(m, "attributes", rest, path, sizeof path);
+    assert_int_equal(load(l, path), NG_OK);
+    assert_int_equal(l->log.errors, 0);
+}
+
+static void colors_are(const char *type, int component_type, const void *data, size_t size,
+                       const uint16_t expected[4])
+{
+    struct gltf_maker m = {0};
+    struct loaded l;
+    char attributes[64];
+    snprintf(attributes, sizeof attributes, ", \"COLOR_0\": %d",
+             gltf_put(&m, component_type, type, 3, data, size));
+    load_attributes(&l, &m, attributes, "");
+    assert_int_equal(l.log.warnings, 0);
+    const struct ng_geometry *g = first_geometry(&l);
+    assert_non_null(g->colors);
+    assert_memory_equal(g->colors + 4, expected, 8); // the second vertex
+    finish(&l);
+}
+
+static void test_colors_of_every_type(void **state)
+{
+    NG_UNUSED(state);
+    const char *const vec3 = "VEC3\", \"normalized\": true, \"name\": \"",
+                      *const vec4 = "VEC4\", \"normalized\": true, \"name\": \"";
+    const float f3[9] = {0, 0, 0, 0.5f, 1, 2}, f4[12] = {0, 0, 0, 0, 1, 0, -1, 0.25f};
+    const uint8_t b4[12] = {0, 0, 0, 0, 255, 0, 51, 102};
+    const uint16_t s3[9] = {0, 0, 0, 65535, 7, 300}, s4[12] = {0, 0, 0, 0, 1, 2, 3, 65535};
+    colors_are("VEC3", F32, f3, sizeof f3, (const uint16_t[]){32768, 65535, 65535, 65535});
+    colors_are("VEC4", F32, f4, sizeof f4, (const uint16_t[]){65535, 0, 0, 16384});
+    colors_are(vec4, U8, b4, sizeof b4, (const uint16_t[]){65535, 0, 51 * 257, 102 * 257});
+    colors_are(vec3, U16, s3, sizeof s3, (const uint16_t[]){65535, 7, 300, 65535});
+    colors_are(vec4, U16, s4, sizeof s4, (const uint16_t[]){1, 2, 3, 65535});
+    const uint8_t padded[12] = {0, 0, 0, 0, 9, 8, 7, 0}; // bytes of three stand four apart
+    struct gltf_maker m = {0};
+    struct loaded l;
+    gltf_put_view(&m, padded, sizeof padded, ", \"byteStride\": 4");
+    gltf_maker_append(m.accessors, sizeof m.accessors,
+                      "{\"bufferView\": 0, \"componentType\": 5121, \"count\": 3, \"type\": \"VEC3\", "
+                      "\"normalized\": true}");
+    m.accessor_count++;
+    load_attributes(&l, &m, ", \"COLOR_0\": 0", "");
+    assert_memory_equal(first_geometry(&l)->colors + 4,
+                        ((const uint16_t[]){9 * 257, 8 * 257, 7 * 257, 65535}), 8);
+    finish(&l);
+}
+
+// What a mesh does not have costs nothing.
+static void test_meshes_without_do_not_pay(void **state)
+{
+    NG_UNUSED(state);
+    struct gltf_maker m = {0};
+    struct loaded l;
+    load_attributes(&l, &m, "", "");
+    const struct ng_geometry *g = first_geometry(&l);
+    assert_true(!g->colors && !g->uvs1);
+    finish(&l);
+}
+
+// Without normals each triangle gets vertices of its own, which keep what they had.
+static void test_split_vertices_keep_their_attributes(void **state)
+{
+    NG_UNUSED(state);
+    static const float colors[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, uvs[] = {0, 0, 1, 0, 0, 1};
+    static const uint16_t order[] = {2, 0, 1, 0, 1, 2};
+    struct gltf_maker m = {0};
+    struct loaded l;
+    char path[512];
+    GLTF_PUT(&m, F32, "VEC3", 3, corners);
+    GLTF_PUT(&m, F32, "VEC3", 3, colors);
+    GLTF_PUT(&m, F32, "VEC2", 3, uvs);
+    GLTF_PUT(&m, U16, "SCALAR", 6, order);
+    gltf_write(&m, "split",
+               "\"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"primitives\": [{\"attributes\": "
+               "{\"POSITION\": 0, \"COLOR_0\": 1, \"TEXCOORD_1\": 2}, \"indices\": 3}]}]",
+               path, sizeof path);
+    assert_int_equal(load(&l, path), NG_OK);
+    const struct ng_geometry *g = first_geometry(&l);
+    assert_int_equal(g->vertex_count, 6);
+    for (size_t i = 0; i < 6; i++) {
+        assert_int_equal(g->colors[i * 4 + order[i]], 65535);
+        assert_true(g->uvs1[i * 2] == uvs[order[i] * 2] && g->uvs1[i * 2 + 1] == uvs[order[i] * 2 + 1]);
+    }
+    finish(&l);
+}
+
+// Where the normal map uses the second set, tangents follow that one, and the same triangles under another
+// material are another geometry.
+static void test_tangents_follow_the_normal_map(void **state)
+{
+    NG_UNUSED(state);
+    static const float along_x[] = {0, 0, 1, 0, 0, 1}, along_y[] = {0, 0, 0, 1, 1, 0};
+    struct gltf_maker m = {0};
+    struct loaded l;
+    char path[512];
+    GLTF_PUT(&m, F32, "VEC3", 3, corners);
+    GLTF_PUT(&m, F32, "VEC3", 3, normals);
+    GLTF_PUT(&m, F32, "VEC2", 3, along_x);
+    GLTF_PUT(&m, F32, "VEC2", 3, along_y);
+#define PRIMITIVE(material)                                                                                  \
+    "{\"attributes\": {\"POSITION\": 0, \"NORMAL\": 1, \"TEXCOORD_0\": 2, \"TEXCOORD_1\": 3}, "              \
+    "\"material\": " #material "}"
+    gltf_write(&m, "tangents",
+               "\"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"primitives\": [" PRIMITIVE(0) ", " PRIMITIVE(
+                   1) "]}], \"materials\": [{\"name\": \"plain\"}, {\"name\": \"bumpy\", "
+                      "\"normalTexture\": {\"index\": 0, \"texCoord\": 1}}], "
+                      "\"textures\": [{\"source\": 0}], \"images\": [{\"uri\": "
+                      "\"data:image/"
+                      "png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhg"
+                      "GAWjR9awAAAABJRU5ErkJggg==\"}]",
+               path, sizeof path);
+    assert_int_equal(load(&l, path), NG_OK);
+    ng_asset first = ng_assets_next(l.assets, NG_ASSET_GEOMETRY, (ng_asset){0});
+    const struct ng_geometry *plain = ng_assets_geometry(l.assets, first);
+    const struct ng_geometry *bumpy =
+        ng_assets_geometry(l.assets, ng_assets_next(l.assets, NG_ASSET_GEOMETRY, first));
+    assert_non_null(bumpy);
+    assert_true(plain->tangents[0] == 1 && plain->tangents[1] == 0);
+    assert_true(bumpy->tangents[0] == 0 && bumpy->tangents[1] == 1);
+    uint32_t seen = 0;
+    for (ng_entity e = l.scene.root; !ng_entity_is_null(e);
+         e = ng_world_next_below(l.world, l.scene.root, e)) {
+        const struct ng_material *material = ng_world_get(l.world, e, NG_MATERIAL);
+        seen += material && material->normal_uv_set == 1 && material->base_color_uv_set == 0;
+    }
+    assert_int_equal(seen, 1);
+    finish(&l);
+}
+
+static const struct ng_geometry *load_quantized(struct loaded *l, int type, bool normalized, const void *data,
+                                                size_t size)
+{
+    static const int8_t up[12] = {0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0};
+    char element[64], view[64], path[512], accessor[512];
+    struct gltf_maker m = {0};
+    snprintf(view, sizeof view, ", \"byteStride\": %zu", size / 3);
+    snprintf(element, sizeof element, "%s", normalized ? ", \"normalized\": true" : "");
+    gltf_put_view(&m, data, size, view);
+    gltf_put_view(&m, up, sizeof up, ", \"byteStride\": 4");
+    snprintf(
+        accessor, sizeof accessor,
+        "{\"bufferView\": 0, \"componentType\": %d, \"count\": 3, \"type\": \"VEC3\"%s}, {\"bufferView\": 1, "
+        "\"componentType\": 5120, \"count\": 3, \"type\": \"VEC3\", \"normalized\": true}, "
+        "{\"bufferView\": 0, \"componentType\": %d, \"count\": 3, \"type\": \"VEC2\"%s}",
+        type, element, type, element);
+    gltf_maker_append(m.accessors, sizeof m.accessors, accessor);
+    gltf_write(&m, "quantized",
+               "\"extensionsRequired\": [\"KHR_mesh_quantization\"], \"extensionsUsed\": "
+               "[\"KHR_mesh_quantization\"], "
+               "\"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"primitives\": [{\"attributes\": "
+               "{\"POSITION\": 0, \"NORMAL\": 1, \"TEXCOORD_0\": 2, \"TEXCOORD_1\": 2}}]}]",
+               path, sizeof path);
+    assert_int_equal(load(l, path), NG_OK);
+    assert_int_equal(l->log.warnings + l->log.errors, 0);
+    return first_geometry(l);
+}
+
+static void test_quantized_vertices(void **state)
+{
+    NG_UNUSED(state);
+    static const int8_t i8[12] = {0, 0, 0, 0, 127, -127, 0, 0, 0, 5};
+    static const uint8_t u8[12] = {0, 0, 0, 0, 255, 51, 0, 0, 0, 5};
+    static const int16_t i16[12] = {0, 0, 0, 0, 32767, -32767, 0, 0, 0, 5};
+    static const uint16_t u16[12] = {0, 0, 0, 0, 65535, 13107, 0, 0, 0, 5};
+    const struct {
+        int type;
+        const void *data;
+        size_t size;
+        float whole[2], parts[2]; // x and y of the second vertex
+    } cases[] = {{I8, i8, sizeof i8, {127, -127}, {1, -1}},
+                 {U8, u8, sizeof u8, {255, 51}, {1, 0.2f}},
+                 {I16, i16, sizeof i16, {32767, -32767}, {1, -1}},
+                 {U16, u16, sizeof u16, {65535, 13107}, {1, 0.2f}}};
+    for (size_t i = 0; i < NG_COUNT(cases); i++)
+        for (int normalized = 0; normalized < 2; normalized++) {
+            struct loaded l;
+            const float *expected = normalized ? cases[i].parts : cases[i].whole;
+            const struct ng_geometry *g =
+                load_quantized(&l, cases[i].type, normalized, cases[i].data, cases[i].size);
+            assert_float_equal(g->positions[3], expected[0], 1e-6);
+            assert_float_equal(g->positions[4], expected[1], 1e-6);
+            assert_float_equal(g->uvs[2], expected[0], 1e-6);
+            assert_float_equal(g->uvs1[3], expected[1], 1e-6);
+            assert_float_equal(g->normals[2], 1, 0);
+            finish(&l);
+        }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_colors_of_every_type),
+        cmocka_unit_test(test_meshes_without_do_not_pay),
+        cmocka_unit_test(test_split_vertices_keep_their_attributes),
+        cmocka_unit_test(test_tangents_follow_the_normal_map),
+        cmocka_unit_test(test_quantized_vertices),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
