@@ -86,24 +86,75 @@ static ng_result read_surface(struct gltf_loader *l, const struct gltf_primitive
     return NG_OK;
 }
 
-static ng_result read_weights(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
-                              struct ng_geometry *g)
+// One set of four influences a vertex.
+struct influences {
+    float *weights;
+    uint32_t *joints;
+};
+
+static ng_result read_influences(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                                 uint32_t n, int set, struct influences *out)
 {
-    uint32_t n = g->vertex_count;
-    NG_TRY(read_attribute(l, p,
-                          &(struct gltf_want){"WEIGHTS_0", GLTF_FLOATS | GLTF_SMALL_UNSIGNED, 1u << 4, n, 0},
-                          &g->weights));
-    for (size_t i = 0; g->weights && i < n; i++) {
-        float *w = g->weights + i * 4, sum = 0;
-        for (int k = 0; k < 4; k++) {
-            if (w[k] < 0)
-                return ng_gltf_error(l, "%s: WEIGHTS_0 of vertex %zu is negative", where, i);
-            sum += w[k];
-        }
+    char weights[16], joints[16];
+    snprintf(weights, sizeof weights, "WEIGHTS_%d", set);
+    snprintf(joints, sizeof joints, "JOINTS_%d", set);
+    if (!has_attribute(p, joints) && !has_attribute(p, weights))
+        return NG_OK;
+    if (!has_attribute(p, joints) || !has_attribute(p, weights))
+        return ng_gltf_error(l, "%s: %s and %s must come together", where, joints, weights);
+    const struct gltf_want want_weights = {weights, GLTF_FLOATS | GLTF_SMALL_UNSIGNED, 1u << 4, n, false},
+                           want_joints = {joints, GLTF_SMALL_UNSIGNED, 1u << 4, n, true};
+    NG_TRY(ng_gltf_read(l, attribute(p, weights), &want_weights, &out->weights, NULL));
+    NG_TRY(ng_gltf_read(l, attribute(p, joints), &want_joints, &out->joints, NULL));
+    for (size_t i = 0; i < n * (size_t)4; i++)
+        if (out->weights[i] < 0)
+            return ng_gltf_error(l, "%s: %s of vertex %zu is negative", where, weights, i / 4);
+    return NG_OK;
+}
+
+// Of eight influences of a vertex those of the four strongest joints, which stay in their order.
+static void keep_strongest(float weights[4], uint32_t joints[4], const float more_weights[4],
+                           const uint32_t more_joints[4])
+{
+    float w[8];
+    uint32_t j[8];
+    memcpy(w, weights, 16);
+    memcpy(w + 4, more_weights, 16);
+    memcpy(j, joints, 16);
+    memcpy(j + 4, more_joints, 16);
+    for (size_t k = 1; k < 8; k++)
+        for (size_t i = 0; i < k; i++)
+            if (j[i] == j[k]) {
+                w[i] += w[k];
+                w[k] = 0;
+            }
+    for (size_t left = 8; left > 4; left--) {
+        size_t weakest = left - 1;
+        for (size_t k = left - 1; k-- > 0;)
+            weakest = w[k] < w[weakest] ? k : weakest;
+        memmove(w + weakest, w + weakest + 1, (left - 1 - weakest) * sizeof *w);
+        memmove(j + weakest, j + weakest + 1, (left - 1 - weakest) * sizeof *j);
+    }
+    memcpy(weights, w, 16);
+    memcpy(joints, j, 16);
+}
+
+static ng_result take_influences(struct gltf_loader *l, const char *where, const struct influences *in,
+                                 struct ng_geometry *g, uint32_t *joint_limit)
+{
+    NG_TRY(ng_gltf_budget(l, g->vertex_count * (uint64_t)8, where));
+    g->joints = malloc(g->vertex_count * (size_t)4 * sizeof *g->joints);
+    if (!g->joints)
+        return ng_out_of_memory(l->path);
+    for (size_t i = 0; i < g->vertex_count; i++) {
+        float *w = in->weights + i * 4, sum = w[0] + w[1] + w[2] + w[3];
         if (!isfinite(sum))
             return ng_gltf_error(l, "%s: the sum of WEIGHTS_0 of vertex %zu is not finite", where, i);
-        for (int k = 0; k < 4; k++)
+        for (size_t k = 0; k < 4; k++) {
             w[k] = sum > 0 ? w[k] / sum : (k == 0 ? 1.0f : 0.0f);
+            g->joints[i * 4 + k] = w[k] > 0 ? (uint16_t)in->joints[i * 4 + k] : 0;
+            *joint_limit = g->joints[i * 4 + k] >= *joint_limit ? g->joints[i * 4 + k] + 1u : *joint_limit;
+        }
     }
     return NG_OK;
 }
@@ -111,25 +162,22 @@ static ng_result read_weights(struct gltf_loader *l, const struct gltf_primitive
 static ng_result read_skinning(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                                struct ng_geometry *g, uint32_t *joint_limit)
 {
-    if (!has_attribute(p, "JOINTS_0") && !has_attribute(p, "WEIGHTS_0"))
-        return NG_OK;
-    if (!has_attribute(p, "JOINTS_0") || !has_attribute(p, "WEIGHTS_0"))
-        return ng_gltf_error(l, "%s: JOINTS_0 and WEIGHTS_0 must come together", where);
-    if (has_attribute(p, "JOINTS_1"))
-        ng_gltf_warn(l, &l->warned_influences, "%s: only the first 4 joints of a vertex are used", where);
-    NG_TRY(read_weights(l, p, where, g));
-    NG_TRY(ng_gltf_budget(l, g->vertex_count * (uint64_t)8, where));
-    uint32_t *joints;
-    struct gltf_want want = {"JOINTS_0", GLTF_SMALL_UNSIGNED, 1u << 4, g->vertex_count, true};
-    NG_TRY(ng_gltf_read(l, attribute(p, "JOINTS_0"), &want, &joints, NULL));
-    size_t words = (size_t)g->vertex_count * 4;
-    g->joints = malloc(words * sizeof *g->joints);
-    for (size_t i = 0; g->joints && i < words; i++) {
-        g->joints[i] = g->weights[i] > 0 ? (uint16_t)joints[i] : 0;
-        *joint_limit = g->joints[i] >= *joint_limit ? g->joints[i] + 1u : *joint_limit;
-    }
-    free(joints);
-    return g->joints ? NG_OK : ng_out_of_memory(l->path);
+    struct influences first = {0}, more = {0};
+    ng_result r = read_influences(l, p, where, g->vertex_count, 0, &first);
+    if (r == NG_OK && first.joints)
+        r = read_influences(l, p, where, g->vertex_count, 1, &more);
+    if (r == NG_OK && has_attribute(p, "JOINTS_2"))
+        ng_gltf_warn(l, &l->warned_influences, "%s: only the first 8 joints of a vertex are used", where);
+    for (size_t i = 0; r == NG_OK && more.joints && i < g->vertex_count; i++)
+        keep_strongest(first.weights + i * 4, first.joints + i * 4, more.weights + i * 4,
+                       more.joints + i * 4);
+    if (r == NG_OK && first.joints)
+        r = take_influences(l, where, &first, g, joint_limit);
+    g->weights = first.weights;
+    free(first.joints);
+    free(more.weights);
+    free(more.joints);
+    return r;
 }
 
 // The vertices in drawing order: the index accessor, or 0, 1, 2, ...

@@ -1,4 +1,5 @@
-// What vertices have in files: colours, second texture coordinates, quantized numbers.
+// What vertices have in files: colours, second texture coordinates, quantized numbers, many joints; and
+// copies of meshes.
 #include "gltf_maker.h"
 
 #include "asset/assets.h"
@@ -6,6 +7,7 @@
 #include "components/components.h"
 #include "components/material.h"
 #include "components/mesh.h"
+#include "components/transform.h"
 #include "scene/world.h"
 
 #include <math.h>
@@ -245,6 +247,122 @@ static void test_quantized_vertices(void **state)
         }
 }
 
+// ---- influences ------------------------------------------------------------------------------------------
+static void load_influences(struct loaded *l, const float weights[2][12], const uint8_t joints[2][12])
+{
+    struct gltf_maker m = {0};
+    char path[512];
+    GLTF_PUT(&m, F32, "VEC3", 3, corners);
+    GLTF_PUT(&m, F32, "VEC3", 3, normals);
+    for (int set = 0; set < 2; set++) {
+        gltf_put(&m, F32, "VEC4", 3, weights[set], 48);
+        gltf_put(&m, U8, "VEC4", 3, joints[set], 12);
+    }
+    gltf_write(
+        &m, "influences",
+        "\"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0, "
+        "\"NORMAL\": 1, \"WEIGHTS_0\": 2, \"JOINTS_0\": 3, \"WEIGHTS_1\": 4, \"JOINTS_1\": 5}}]}]",
+        path, sizeof path);
+    assert_int_equal(load(l, path), NG_OK);
+    assert_int_equal(l->log.warnings + l->log.errors, 0);
+}
+
+static void test_of_eight_influences_the_strongest_count(void **state)
+{
+    NG_UNUSED(state);
+    // The first vertex has five joints, the second two of which one is listed six times, the third one alone.
+    static const float weights[2][12] = {{0.1f, 0.05f, 0.2f, 0.15f, 0.1f, 0.1f, 0.1f, 0.1f, 0, 0, 0, 0},
+                                         {0.5f, 0, 0, 0, 0.1f, 0.1f, 0.4f, 0, 0, 1, 0, 0}};
+    static const uint8_t joints[2][12] = {{1, 2, 3, 4, 7, 7, 7, 7, 0, 0, 0, 0},
+                                          {5, 9, 9, 9, 7, 7, 8, 0, 0, 6, 0, 0}};
+    static const uint16_t expected_joints[12] = {1, 3, 4, 5, 7, 8, 0, 0, 6, 0, 0, 0};
+    static const float expected[12] = {
+        0.1f / 0.95f, 0.2f / 0.95f, 0.15f / 0.95f, 0.5f / 0.95f, 0.6f, 0.4f, 0, 0, 1, 0, 0, 0};
+    struct loaded l;
+    load_influences(&l, weights, joints);
+    const struct ng_geometry *g = first_geometry(&l);
+    for (size_t vertex = 0; vertex < 3; vertex++)
+        for (size_t joint = 0; joint < 10; joint++) {
+            float sum = 0, wanted = 0;
+            for (size_t k = 0; k < 4; k++) {
+                sum += g->joints[vertex * 4 + k] == joint ? g->weights[vertex * 4 + k] : 0;
+                wanted += expected_joints[vertex * 4 + k] == joint ? expected[vertex * 4 + k] : 0;
+            }
+            assert_float_equal(sum, wanted, 1e-6);
+        }
+    finish(&l);
+}
+
+// ---- copies ----------------------------------------------------------------------------------------------
+static uint32_t count_meshes(const struct loaded *l, ng_entity below)
+{
+    uint32_t count = 0;
+    for (ng_entity e = below; !ng_entity_is_null(e); e = ng_world_next_below(l->world, below, e))
+        count += ng_world_has(l->world, e, NG_MESH);
+    return count;
+}
+
+#define INSTANCED(attributes, primitives)                                                                    \
+    "\"extensionsUsed\": [\"EXT_mesh_gpu_instancing\"], "                                                    \
+    "\"extensionsRequired\": [\"EXT_mesh_gpu_instancing\"], \"nodes\": [{\"mesh\": 0, \"extensions\": "      \
+    "{\"EXT_mesh_gpu_instancing\": {\"attributes\": {" attributes "}}}}], "                                  \
+    "\"meshes\": [{\"primitives\": [" primitives "]}]"
+
+static void load_copies(struct loaded *l, const char *rest)
+{
+    static const float places[] = {1, 2, 3, 4, 5, 6}, sizes[] = {1, 1, 1, 2, 3, 4};
+    static const int16_t turns[] = {0, 0, 0, 32767, 0, 32767, 0, 0};
+    struct gltf_maker m = {0};
+    char path[512];
+    GLTF_PUT(&m, F32, "VEC3", 3, corners);
+    GLTF_PUT(&m, F32, "VEC3", 3, normals);
+    GLTF_PUT(&m, F32, "VEC3", 2, places);
+    GLTF_PUT(&m, I16, "VEC4\", \"normalized\": true, \"name\": \"", 2, turns);
+    GLTF_PUT(&m, F32, "VEC3", 2, sizes);
+    gltf_write(&m, "copies", rest, path, sizeof path);
+    assert_int_equal(load(l, path), NG_OK);
+}
+
+static void test_copies_of_a_mesh(void **state)
+{
+    NG_UNUSED(state);
+#define BOTH "\"TRANSLATION\": 2, \"ROTATION\": 3, \"SCALE\": 4, \"_ID\": 3"
+#define P    "{\"attributes\": {\"POSITION\": 0, \"NORMAL\": 1}}"
+    struct loaded l;
+    load_copies(&l, INSTANCED(BOTH, P));
+    ng_entity node = ng_world_first_child(l.world, l.scene.root);
+    assert_int_equal(count_meshes(&l, node), 2);
+    assert_false(ng_world_has(l.world, node, NG_MESH));
+    ng_entity last = {0};
+    for (ng_entity e = node; !ng_entity_is_null(e); e = ng_world_next_below(l.world, node, e)) {
+        const struct ng_transform *t = ng_world_get(l.world, e, NG_TRANSFORM);
+        last = t && t->translation[0] == 4 ? e : last;
+    }
+    const struct ng_transform *t = ng_world_get(l.world, last, NG_TRANSFORM);
+    assert_true(t->translation[2] == 6 && t->rotation[1] == 1 && t->scale[2] == 4);
+    finish(&l);
+    load_copies(&l, INSTANCED(BOTH, P ", " P));
+    assert_int_equal(count_meshes(&l, l.scene.root), 4);
+    finish(&l);
+}
+
+// What is wrong costs the copies, with one warning; the mesh is there.
+static void test_copies_that_cannot_be(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const wrong[] = {INSTANCED("\"TRANSLATION\": 0, \"SCALE\": 4", P), // 3 and 2
+                                        INSTANCED("\"TRANSLATION\": 99", P), INSTANCED("\"ROTATION\": 2", P),
+                                        INSTANCED("\"_ID\": 2", P)};
+    for (size_t i = 0; i < NG_COUNT(wrong); i++) {
+        struct loaded l;
+        load_copies(&l, wrong[i]);
+        assert_int_equal(count_meshes(&l, l.scene.root), 1);
+        assert_int_equal(l.log.warnings, 1);
+        assert_int_equal(l.log.errors, 0);
+        finish(&l);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -253,6 +371,9 @@ int main(void)
         cmocka_unit_test(test_split_vertices_keep_their_attributes),
         cmocka_unit_test(test_tangents_follow_the_normal_map),
         cmocka_unit_test(test_quantized_vertices),
+        cmocka_unit_test(test_of_eight_influences_the_strongest_count),
+        cmocka_unit_test(test_copies_of_a_mesh),
+        cmocka_unit_test(test_copies_that_cannot_be),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
