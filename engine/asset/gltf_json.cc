@@ -70,6 +70,7 @@ const struct {
       "meshes[].primitives[].targets[].*",
       "nodes[].camera",
       "nodes[].children[]",
+      "nodes[].extensions.EXT_mesh_gpu_instancing.attributes.*",
       "nodes[].extensions.KHR_lights_punctual.light",
       "nodes[].mesh",
       "nodes[].skin",

@@ -6,6 +6,7 @@
 #include "asset/gltf_internal.h"
 #include "asset/image.h"
 #include "base/array.h"
+#include "components/transform.h"
 #include "scene/world.h"
 
 // A primitive made into geometry; the same primitive again gives the same record.
@@ -19,7 +20,8 @@ struct gltf_shape {
 
 struct gltf_instance {
     uint32_t node;
-    int skin; // -1: none
+    int skin;                  // -1: none
+    struct ng_transform place; // of a copy, below the node
     ng_entity entity;
     struct gltf_shape shape;
 };
@@ -125,6 +127,11 @@ NG_NODISCARD ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, co
 // The skeleton of a skin, made when it is first asked for; its joints must be nodes of the scene.
 NG_NODISCARD ng_result ng_gltf_skin(struct gltf_loader *l, int skin, ng_asset *out);
 NG_NODISCARD ng_result ng_gltf_animations(struct gltf_loader *l);
+
+// ---- gltf_instancing.c -----------------------------------------------------------------------------------
+// Where the copies of a node's mesh stand, below the node; from malloc, also on failure. Null: it has none.
+NG_NODISCARD ng_result ng_gltf_copies(struct gltf_loader *l, const char *where, const struct gltf_node *node,
+                                      struct ng_transform **out, uint32_t *count);
 
 // ---- gltf_node.c, gltf_scale.c ---------------------------------------------------------------------------
 // Checks the hierarchy and makes an entity with a transform for each node of the scene.

@@ -202,7 +202,7 @@ static ng_result attach_skin(struct gltf_loader *l, const char *where, const str
 }
 
 static ng_result attach_primitive(struct gltf_loader *l, const char *where, uint32_t node, uint32_t index,
-                                  ng_entity e)
+                                  const struct ng_transform *place, ng_entity e)
 {
     const struct gltf_node *n = &l->doc->nodes[node];
     const struct gltf_primitive *p = &l->doc->meshes[n->mesh].primitives[index];
@@ -220,12 +220,41 @@ static ng_result attach_primitive(struct gltf_loader *l, const char *where, uint
     NG_TRY(ng_gltf_add(l, e, where, NG_MESH, &mesh));
     if (n->skin != -1)
         NG_TRY(attach_skin(l, where, n, &shape, e));
-    struct gltf_instance instance = {.node = node, .skin = n->skin, .entity = e, .shape = shape};
+    struct gltf_instance instance = {
+        .node = node, .skin = n->skin, .place = *place, .entity = e, .shape = shape};
     if (!ng_array_push(&l->instances, instance))
         return ng_out_of_memory(l->path);
     l->out.primitive_count++;
     l->out.triangle_count += ng_assets_geometry(l->assets, shape.geometry)->index_count / 3;
     return ng_gltf_components(l, e, where, p->extension, "cage");
+}
+
+// The primitives of a node's mesh, on an entity that stands at a place below the node.
+static ng_result attach_primitives(struct gltf_loader *l, const char *where, uint32_t node,
+                                   const struct ng_transform *place, ng_entity e)
+{
+    const struct gltf_mesh *m = &l->doc->meshes[l->doc->nodes[node].mesh];
+    if (m->primitive_count == 1)
+        return attach_primitive(l, where, node, 0, place, e);
+    for (uint32_t i = 0; i < m->primitive_count; i++) {
+        ng_entity child;
+        NG_TRY(ng_gltf_entity(l, e, "", "primitive", i, &child));
+        NG_TRY(ng_gltf_add(l, child, where, NG_TRANSFORM, ng_transform_component.defaults));
+        NG_TRY(attach_primitive(l, where, node, i, place, child));
+    }
+    return NG_OK;
+}
+
+static ng_result attach_copies(struct gltf_loader *l, const char *where, uint32_t node,
+                               const struct ng_transform *places, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        ng_entity copy;
+        NG_TRY(ng_gltf_entity(l, l->nodes[node], "", "copy", i, &copy));
+        NG_TRY(ng_gltf_add(l, copy, where, NG_TRANSFORM, &places[i]));
+        NG_TRY(attach_primitives(l, where, node, &places[i], copy));
+    }
+    return NG_OK;
 }
 
 static ng_result attach_mesh(struct gltf_loader *l, const char *where, uint32_t node)
@@ -235,16 +264,14 @@ static ng_result attach_mesh(struct gltf_loader *l, const char *where, uint32_t 
         return NG_OK;
     if (n->mesh < 0 || (uint32_t)n->mesh >= l->doc->mesh_count)
         return ng_gltf_error(l, "%s: mesh %d is not one of %u", where, n->mesh, l->doc->mesh_count);
-    const struct gltf_mesh *m = &l->doc->meshes[n->mesh];
-    if (m->primitive_count == 1)
-        return attach_primitive(l, where, node, 0, l->nodes[node]);
-    for (uint32_t i = 0; i < m->primitive_count; i++) {
-        ng_entity child;
-        NG_TRY(ng_gltf_entity(l, l->nodes[node], "", "primitive", i, &child));
-        NG_TRY(ng_gltf_add(l, child, where, NG_TRANSFORM, ng_transform_component.defaults));
-        NG_TRY(attach_primitive(l, where, node, i, child));
-    }
-    return NG_OK;
+    struct ng_transform *places;
+    uint32_t count;
+    ng_result r = ng_gltf_copies(l, where, n, &places, &count);
+    if (r == NG_OK)
+        r = count ? attach_copies(l, where, node, places, count)
+                  : attach_primitives(l, where, node, ng_transform_component.defaults, l->nodes[node]);
+    free(places);
+    return r;
 }
 
 static ng_result attach_camera(struct gltf_loader *l, const char *where, uint32_t node)

@@ -137,7 +137,10 @@ static void each_box(const struct gltf_loader *l, mat4 *world, struct joints *jo
         const struct gltf_instance *instance = &l->instances.items[n], *last = n ? instance - 1 : NULL;
         const struct ng_geometry *g = ng_assets_geometry(l->assets, instance->shape.geometry);
         if (instance->skin < 0) {
-            each_corner(g, world[instance->node], b, grow);
+            mat4 place;
+            local_matrix(&instance->place, place);
+            glm_mat4_mul(world[instance->node], place, place);
+            each_corner(g, place, b, grow);
             continue;
         }
         if (!last || last->shape.geometry.id != instance->shape.geometry.id || last->skin < 0)
