@@ -544,6 +544,9 @@ static void choose_features(struct ng_gpu *gpu, struct features *want)
     vkGetPhysicalDeviceFeatures2(gpu->physical, &have.core);
     for (size_t i = 0; i < NG_COUNT(feature_table); i++)
         *feature_flag(want, &feature_table[i]) = *feature_flag(&have, &feature_table[i]);
+    // Lavapipe filters magnified textures with it, too: they show as overlapping discs.
+    if (gpu->properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU)
+        want->core.features.samplerAnisotropy = VK_FALSE;
     gpu->anisotropy = want->core.features.samplerAnisotropy;
     gpu->max_anisotropy = gpu->anisotropy ? gpu->properties.limits.maxSamplerAnisotropy : 1;
     gpu->internal->cube_arrays = want->core.features.imageCubeArray;

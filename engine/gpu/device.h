@@ -63,9 +63,9 @@ struct ng_gpu {
     VkPhysicalDeviceProperties properties; // name, type, limits
     bool validation;                       // the validation layer is on
     bool push_descriptors;                 // else descriptors come from pools of the frame
-    bool anisotropy;
-    float max_anisotropy; // 1 without `anisotropy`
-    bool lost;            // the device is lost
+    bool anisotropy;                       // never of a device that draws on the CPU
+    float max_anisotropy;                  // 1 without `anisotropy`
+    bool lost;                             // the device is lost
     struct ng_gpu_internal *internal;
 };
 

@@ -58,7 +58,10 @@ void ng_scene_gpu_destroy(struct ng_scene_gpu **scene)
 
 struct ng_gpu_binding ng_scene_gpu_image(const struct ng_scene_gpu *s, uint32_t image, uint32_t binding)
 {
-    return ng_texture_cache_image(&s->textures, image, binding);
+    struct ng_gpu_binding b = ng_texture_cache_image(&s->textures, image, binding);
+    if (image != NG_NONE)
+        b.sampler = ng_texture_cache_sampler(s->gpu, s->snapshot->images[image].image, 0);
+    return b;
 }
 
 struct ng_gpu_binding ng_scene_gpu_black(const struct ng_scene_gpu *s, uint32_t binding)

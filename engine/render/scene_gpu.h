@@ -54,7 +54,7 @@ struct ng_gpu_binding ng_scene_gpu_materials(const struct ng_scene_gpu *scene, u
 // View-projection of the camera, column-major, and whether it mirrors; for ng_draw_params.
 const float *ng_scene_gpu_camera(const struct ng_scene_gpu *scene);
 bool ng_scene_gpu_camera_mirrors(const struct ng_scene_gpu *scene);
-// Image of the snapshot as a sampled texture; NG_NONE: white.
+// Image of the snapshot as a sampled texture that is no surface's, so without anisotropy; NG_NONE: white.
 struct ng_gpu_binding ng_scene_gpu_image(const struct ng_scene_gpu *scene, uint32_t image, uint32_t binding);
 
 // One black texel.

@@ -85,6 +85,8 @@ NG_NODISCARD ng_result ng_texture_cache_update(struct ng_texture_cache *c, const
                                                uint64_t frame);
 struct ng_gpu_binding ng_texture_cache_image(const struct ng_texture_cache *c, uint32_t image,
                                              uint32_t binding);
+// How an image is sampled; null on failure (logged).
+VkSampler ng_texture_cache_sampler(struct ng_gpu *gpu, const struct ng_image *image, float anisotropy);
 bool ng_material_is_textured(const struct ng_snapshot_material *m);
 // Hash of the images of a material; never 0.
 uint64_t ng_texture_cache_group_key(const struct ng_texture_cache *c, const struct ng_snapshot_material *m);

@@ -8,7 +8,8 @@
 
 #include <string.h>
 
-#define TEXTURES 4 // of a material
+#define TEXTURES   4    // of a material
+#define ANISOTROPY 8.0f // of textures on surfaces, where the device draws them well with it
 
 static ng_result make_texel(struct ng_gpu *gpu, const char *name, uint32_t rgba, struct ng_gpu_image **out)
 {
@@ -52,13 +53,13 @@ static VkSamplerAddressMode address_mode(bool repeat)
     return repeat ? VK_SAMPLER_ADDRESS_MODE_REPEAT : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
 }
 
-static VkSampler sampler_of(struct ng_gpu *gpu, const struct ng_image *image)
+VkSampler ng_texture_cache_sampler(struct ng_gpu *gpu, const struct ng_image *image, float anisotropy)
 {
     return ng_gpu_sampler(gpu, &(struct ng_gpu_sampler_params){.filter = VK_FILTER_LINEAR,
                                                                .mip_filter = VK_SAMPLER_MIPMAP_MODE_LINEAR,
                                                                .address_u = address_mode(image->repeat_u),
                                                                .address_v = address_mode(image->repeat_v),
-                                                               .anisotropy = 8});
+                                                               .anisotropy = anisotropy});
 }
 
 static void drop_groups(struct ng_texture_cache *c, uint64_t oldest)
@@ -87,7 +88,7 @@ static bool fits(const struct ng_image_entry *e, const struct ng_image *image, V
 static ng_result upload_image(struct ng_texture_cache *c, struct ng_image_entry *e,
                               const struct ng_snapshot_image *image)
 {
-    VkSampler sampler = sampler_of(c->gpu, image->image);
+    VkSampler sampler = ng_texture_cache_sampler(c->gpu, image->image, ANISOTROPY);
     if (!sampler)
         return NG_ERROR_DEVICE;
     if (!fits(e, image->image, sampler)) {

@@ -189,6 +189,7 @@ static void test_layers_equal_the_rasterizers(void **state)
         snprintf(path, sizeof path, "content/unit/%s.glb", scenes[i].name);
         compare(path, scenes[i].side, NULL);
     }
+    compare("tests/files/looks/magnified.gltf", 384, NULL);
     compare("content/unit/normal_map.glb", 384, mirror_normal_maps);
     compare("content/unit/light_point.glb", 96, turn_normals);
     static const char *const shining[] = {"light_rectangle", "light_disk", "light_sphere", "materials",
