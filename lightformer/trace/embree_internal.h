@@ -65,6 +65,7 @@ struct lf_tracer {
     NG_ARRAY(struct lf_trace_slot *) before; // those of the last update, while one runs
     NG_ARRAY(uint32_t) ids;                  // of the instances of this update
     NG_ARRAY(uint8_t) surfaces;              // of the entity with this index, listed so far
+    NG_ARRAY(uint32_t) places;               // of the entity in the order of ids, from 1; 0: none
     NG_ARRAY(struct lf_shared *) shared;
     NG_ARRAY(struct lf_shared *) by_mesh; // of the snapshot's meshes, while an update runs; null: flattened
     uint64_t memory_limit, most_bytes, bytes; // asked for, of this update, and taken by Embree

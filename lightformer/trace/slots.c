@@ -2,14 +2,15 @@
 // update touches what differs.
 //
 // What a ray meets must follow from the snapshot alone, not from how the scene came to be (README.md). So the
-// id of a geometry, which decides the order in Embree's structures, follows from the entity: an instance
-// keeps it whatever comes and goes around it.
+// id of a geometry, which decides the order in Embree's structures, grows with the entity's index: an
+// instance keeps it when others come and go around it.
 #include "base/log.h"
 #include "lightformer/trace/embree_internal.h"
 
 #include <stdlib.h>
 
-#define MOST_SURFACES 4u // of one entity: a mesh, a sphere, a disk, a rectangle
+#define MOST_SURFACES 4u  // of one entity: a mesh, a sphere, a disk, a rectangle
+#define LARGEST_GAP   64u // between the places of two entities
 
 // ---- One slot --------------------------------------------------------------------------------------------
 
@@ -148,44 +149,100 @@ static ng_result follow(struct lf_tracer *t, const struct ng_snapshot *snapshot,
 
 // ---- All of them -----------------------------------------------------------------------------------------
 
-// Counts the surfaces of each entity; how many indices of entities there are, and a power of two that no
-// entity has more surfaces than.
-static ng_result count_surfaces(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t *entities,
-                                uint32_t *most)
+// Counts the surfaces of each entity. `*most`: a power of two that no entity has more of; `*unplaced`: some
+// entity has no place yet.
+static ng_result count_surfaces(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t *most,
+                                bool *unplaced)
 {
-    *entities = 0, *most = 1;
+    uint32_t entities = 0;
     for (uint32_t i = 0; i < snapshot->instance_count; i++)
-        if (ng_entity_index(snapshot->instances[i].entity) >= *entities)
-            *entities = ng_entity_index(snapshot->instances[i].entity) + 1;
+        if (ng_entity_index(snapshot->instances[i].entity) >= entities)
+            entities = ng_entity_index(snapshot->instances[i].entity) + 1;
     t->surfaces.count = 0;
-    if (!ng_array_resize(&t->surfaces, *entities))
+    if (!ng_array_resize(&t->surfaces, entities) || !ng_array_resize(&t->places, entities))
         return ng_out_of_memory("ray tracing");
+    *most = 1, *unplaced = false;
     for (uint32_t i = 0; i < snapshot->instance_count; i++) {
-        uint32_t surfaces = ++t->surfaces.items[ng_entity_index(snapshot->instances[i].entity)];
+        uint32_t entity = ng_entity_index(snapshot->instances[i].entity);
+        uint32_t surfaces = ++t->surfaces.items[entity];
         NG_REQUIRE(surfaces <= MOST_SURFACES, "ray tracing: an entity has more than %u surfaces",
                    MOST_SURFACES);
         while (*most < surfaces)
             *most *= 2;
+        *unplaced |= !t->places.items[entity];
     }
     return NG_OK;
 }
 
-// The id of each instance's geometry, from its entity and how many surfaces of it are listed after. Ids that
-// no geometry has take time in every commit, so there are no more of them than the snapshot needs; where that
-// changes, as with the first light on the entity of a mesh, all ids do, and everything is built anew.
+// An entity and its place, both counted from one; place 0: none.
+struct placed {
+    uint32_t entity, place;
+};
+
+// The first one after an entity.
+static struct placed next_placed(const struct lf_tracer *t, uint32_t entity)
+{
+    for (uint32_t i = entity; i < t->places.count; i++)
+        if (t->surfaces.items[i] && t->places.items[i])
+            return (struct placed){i + 1, t->places.items[i]};
+    return (struct placed){.entity = UINT32_MAX};
+}
+
+// As far between two places as the entity is between theirs; that of `high` where there is no room.
+static uint32_t find_place(struct placed low, uint32_t entity, struct placed high)
+{
+    uint32_t ahead = entity - low.entity;
+    if (!high.place)
+        return low.place + (ahead < LARGEST_GAP ? ahead : LARGEST_GAP);
+    uint64_t along = (uint64_t)(high.place - low.place) * ahead / (high.entity - low.entity);
+    return low.place + (along ? (uint32_t)along : 1);
+}
+
+// Gives entities that have none a place among the others, and takes it from those that show nothing. False:
+// there is no room.
+static bool place_entities(struct lf_tracer *t)
+{
+    struct placed low = {0}, high = {0};
+    for (uint32_t i = 0; i < t->places.count; i++) {
+        uint32_t *place = &t->places.items[i], entity = i + 1;
+        if (!t->surfaces.items[i]) {
+            *place = 0;
+            continue;
+        }
+        if (!*place) {
+            if (high.entity <= entity)
+                high = next_placed(t, entity);
+            *place = find_place(low, entity, high);
+            if (*place == high.place)
+                return false;
+        }
+        low = (struct placed){entity, *place};
+    }
+    return true;
+}
+
+// The id of each instance's geometry, from the place of its entity and how many surfaces of it are listed
+// after. Ids that no geometry has take time in every commit. So entities without surfaces have no place, and
+// there are no more ids for an entity than some entity needs; where that changes, as with the first light on
+// the entity of a mesh, all ids do, and everything is built anew.
 static ng_result name_instances(struct lf_tracer *t, const struct ng_snapshot *snapshot)
 {
-    uint32_t entities, most;
-    NG_TRY(count_surfaces(t, snapshot, &entities, &most));
-    size_t ids = LF_TRACE_FIRST_ID + (size_t)entities * most;
-    if (!ng_array_resize(&t->ids, snapshot->instance_count) ||
-        (ids > t->by_id.count && !ng_array_resize(&t->by_id, ids)))
+    uint32_t most, ids = 0;
+    bool unplaced;
+    NG_TRY(count_surfaces(t, snapshot, &most, &unplaced));
+    if (!ng_array_resize(&t->ids, snapshot->instance_count))
         return ng_out_of_memory("ray tracing");
+    if (unplaced && !place_entities(t)) {
+        memset(t->places.items, 0, t->places.count * sizeof *t->places.items);
+        place_entities(t); // one after another there is room for all
+    }
     for (uint32_t i = 0; i < snapshot->instance_count; i++) {
         uint32_t entity = ng_entity_index(snapshot->instances[i].entity);
-        t->ids.items[i] = LF_TRACE_FIRST_ID + entity * most + --t->surfaces.items[entity];
+        t->ids.items[i] =
+            LF_TRACE_FIRST_ID + (t->places.items[entity] - 1) * most + --t->surfaces.items[entity];
+        ids = t->ids.items[i] >= ids ? t->ids.items[i] + 1 : ids;
     }
-    return NG_OK;
+    return ids <= t->by_id.count || ng_array_resize(&t->by_id, ids) ? NG_OK : ng_out_of_memory("ray tracing");
 }
 
 // The slot of an instance, if it is to stay; what can be shared of it may be another thing than before.
@@ -274,5 +331,6 @@ void lf_slots_forget(struct lf_tracer *t)
     ng_array_finish(&t->before);
     ng_array_finish(&t->ids);
     ng_array_finish(&t->surfaces);
+    ng_array_finish(&t->places);
     t->stats.triangles = t->stats.shared = 0;
 }

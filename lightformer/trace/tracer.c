@@ -237,6 +237,7 @@ ng_result lf_tracer_update(struct lf_tracer *t, const struct ng_snapshot *snapsh
     if (result != NG_OK)
         free_scene(t);
     t->stats.instances = (uint32_t)t->shown.count;
+    t->stats.ids = (uint32_t)t->by_id.count;
     t->stats.bytes = t->bytes;
     t->stats.update_ms = (double)(ng_clock_ns() - begin) * 1e-6;
     return result;

@@ -36,6 +36,8 @@ struct lf_tracer_stats {
     uint32_t updated;   // whose vertices or shape were written by the last update
     uint32_t built;     // whose acceleration structure was built anew rather than refitted
     uint32_t shared;    // that are placed copies of a mesh which they share
+    uint32_t ids;       // that Embree goes through in a commit: a few for an instance, up to 64 where
+                        // entities without surfaces lie between
     uint64_t triangles; // of all instances
     uint64_t bytes;     // that Embree holds
     double update_ms;   // of the last update

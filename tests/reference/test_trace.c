@@ -5,6 +5,7 @@
 #include "components/light_disk.h"
 #include "components/light_sphere.h"
 #include "components/material.h"
+#include "components/mesh.h"
 #include "components/name.h"
 #include "components/transform.h"
 #include "lightformer/trace/texture.h"
@@ -387,6 +388,38 @@ static void test_only_what_moved_is_touched(void **state)
     scene_close(&s);
 }
 
+// Few ids for many entities; and where surfaces come between others, room for them is made rarely.
+static void test_entities_without_surfaces_cost_nothing(void **state)
+{
+    (void)state;
+    enum { EMPTY = 1000, COPIES = 100 };
+    struct scene s;
+    scene_open(&s, 1);
+    ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1), empty[EMPTY];
+    ng_entity first = add_floor(&s, material);
+    for (int i = 0; i < EMPTY; i++)
+        empty[i] = ng_entity_create(s.world);
+    add_floor(&s, material);
+    scene_frame(&s, 0);
+    assert_in_range(lf_tracer_stats_of(s.tracer).ids, 2, 200);
+    const struct ng_transform place =
+        *(const struct ng_transform *)ng_world_get(s.world, first, NG_TRANSFORM);
+    const struct ng_mesh mesh = *(const struct ng_mesh *)ng_world_get(s.world, first, NG_MESH);
+    for (int way = 0; way < 2; way++) {
+        uint32_t built = 0;
+        for (int i = 0; i < COPIES; i++) {
+            ng_entity e = empty[way ? EMPTY - 1 - i : i]; // from the first, from the last
+            OK(ng_world_add(s.world, e, NG_TRANSFORM, &place));
+            OK(ng_world_add(s.world, e, NG_MESH, &mesh));
+            scene_frame(&s, 1);
+            built += lf_tracer_stats_of(s.tracer).built;
+        }
+        assert_true(built >= COPIES && built < 4 * COPIES);
+    }
+    assert_in_range(lf_tracer_stats_of(s.tracer).ids, 2 * COPIES, 64 * 10 + 2 * COPIES);
+    scene_close(&s);
+}
+
 // A packet meets what its rays meet one by one, exact shapes included, and passes through one light.
 static void test_packets_are_rays(void **state)
 {
@@ -597,6 +630,7 @@ int main(void)
         cmocka_unit_test(test_textures_are_filtered_as_the_device_does),
         cmocka_unit_test(test_updates_follow_what_moved),
         cmocka_unit_test(test_only_what_moved_is_touched),
+        cmocka_unit_test(test_entities_without_surfaces_cost_nothing),
         cmocka_unit_test(test_packets_are_rays),
         cmocka_unit_test(test_what_is_no_ray_meets_nothing),
         cmocka_unit_test(test_things_come_and_go_by_their_scale),

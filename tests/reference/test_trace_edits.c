@@ -19,6 +19,8 @@
 
 #include <math.h>
 
+#define NOTHING ((ng_component)-1)
+
 enum { RAYS = 2000, MOST_ENTITIES = 512 };
 
 static uint32_t steps = 60;
@@ -50,13 +52,22 @@ static void list_entities(struct walk *w)
 // A random entity that has the component, or null.
 static ng_entity pick(struct walk *w, ng_component component)
 {
-    uint32_t start = w->entity_count ? ng_rng_below(&w->rng, w->entity_count) : 0;
-    for (uint32_t i = 0; i < w->entity_count; i++) {
-        ng_entity e = w->entities[(start + i) % w->entity_count];
-        if (ng_world_has(w->scene.world, e, component))
-            return e;
+    ng_entity picked = {0};
+    for (uint32_t i = 0, found = 0; i < w->entity_count; i++) {
+        ng_entity e = w->entities[i];
+        bool has = component == NOTHING ? !ng_world_components(w->scene.world, e)
+                                        : ng_world_has(w->scene.world, e, component);
+        if (has && ng_rng_below(&w->rng, ++found) == 0)
+            picked = e;
     }
-    return (ng_entity){0};
+    return picked;
+}
+
+// Entities without a surface, between others.
+static void crowd(struct walk *w)
+{
+    for (uint32_t i = ng_rng_below(&w->rng, 200); w->entity_count < MOST_ENTITIES / 2 && i > 0; i--)
+        ng_entity_create(w->scene.world);
 }
 
 // A copy in the same place.
@@ -69,7 +80,9 @@ static void duplicate(struct walk *w)
         return;
     const struct ng_transform place = *t;
     const struct ng_mesh mesh = *(const struct ng_mesh *)ng_world_get(world, from, NG_MESH);
-    ng_entity e = ng_entity_create(world);
+    ng_entity e = ng_rng_below(&w->rng, 2) ? pick(w, NOTHING) : (ng_entity){0};
+    if (ng_entity_is_null(e))
+        e = ng_entity_create(world);
     OK(ng_world_add(world, e, NG_TRANSFORM, &place));
     OK(ng_world_add(world, e, NG_MESH, &mesh));
     OK(ng_world_set_parent(world, e, ng_world_parent(world, from), (ng_entity){0}));
@@ -198,7 +211,8 @@ static const struct {
              {"destroy", destroy},     {"destroy", destroy},     {"move", move},
              {"move", move},           {"collapse", collapse},   {"reparent", reparent},
              {"swap mesh", swap_mesh}, {"hide", hide},           {"material", change_material},
-             {"light", toggle_light},  {"light", toggle_light},  {"glow", glow}};
+             {"light", toggle_light},  {"light", toggle_light},  {"glow", glow},
+             {"crowd", crowd}};
 
 static void edit(struct walk *w)
 {
