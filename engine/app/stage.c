@@ -27,7 +27,11 @@ struct ng_stage_internal {
 static ng_result load_scene(struct ng_stage *stage, const struct ng_stage_params *params)
 {
     struct ng_jobs_params jobs = {.threads = params->threads};
-    struct ng_gltf_params gltf = {.file = params->file, .user = params->user};
+    struct ng_gltf_params gltf = {.default_light = !params->no_default_light,
+                                  .emissive_lights = params->emissive_lights,
+                                  .clip = params->clip,
+                                  .file = params->file,
+                                  .user = params->user};
     NG_TRY(ng_jobs_create(&jobs, &stage->jobs));
     NG_TRY(ng_assets_create(&stage->assets));
     NG_TRY(ng_world_create(NULL, &stage->world));
@@ -74,7 +78,7 @@ ng_result ng_stage_create(const struct ng_stage_params *params, struct ng_stage 
     stage->internal = internal;
     ng_result result = load_scene(stage, params);
     if (result == NG_OK && params->needs_camera && stage->scene.camera_made) {
-        ng_log_error("%s: the scene has no camera; add one, since references and samples are views of it",
+        ng_log_error("%s: the scene has no camera; add one, since samples are views of it",
                      params->scene);
         result = NG_ERROR_NOT_FOUND;
     }

@@ -111,7 +111,9 @@ static ng_result load(struct gltf_loader *l)
     NG_TRY(ng_gltf_attachments(l));
     NG_TRY(ng_gltf_components(l, l->out.root, "scene", scene ? scene->extension : NULL, NULL));
     NG_TRY(ng_gltf_animations(l));
-    return ng_gltf_scale_and_camera(l);
+    NG_TRY(ng_gltf_scale_and_camera(l));
+    NG_TRY(ng_gltf_sky(l));
+    return ng_gltf_emitters(l);
 }
 
 // Tells the caller of pictures that no material may use; of other files it hears when they are read.
@@ -146,6 +148,7 @@ static void finish(struct gltf_loader *l)
     free(l->images);
     ng_array_finish(&l->shapes);
     ng_array_finish(&l->instances);
+    ng_array_finish(&l->clips);
     ng_array_finish(&l->added);
 }
 
@@ -168,6 +171,7 @@ static ng_result load_file(struct gltf_loader *l)
     NG_TRY(ng_gltf_parse(l->path, &l->limits, &l->faults, &doc));
     l->doc = doc;
     l->out.hash = doc->hash;
+    l->out.foreign = ng_gltf_is_foreign(doc);
     name_pictures(l);
     ng_result r = load(l);
     if (r != NG_OK)

@@ -15,6 +15,13 @@ NG_EXTERN_C_BEGIN
 struct ng_assets;
 struct ng_world;
 
+// Whether emissive meshes without a light component light the scene.
+enum ng_gltf_emitters {
+    NG_GLTF_EMITTERS_AUTO, // those of files that say nothing of our own lights (NG_scene)
+    NG_GLTF_EMITTERS_ON,
+    NG_GLTF_EMITTERS_OFF,
+};
+
 // Limits on what a file may ask for. Zero members take the default: with these a small file, whatever is in
 // it, makes a load take at most about 1.5 GB.
 struct ng_gltf_params {
@@ -25,6 +32,11 @@ struct ng_gltf_params {
     uint32_t max_joints;       // of one skin; 4,096
     uint32_t max_image_side;   // pixels, width or height; 16,384
     bool strict; // a fault refuses the file; else it costs the part that has it, and a warning for each kind
+    // What the first picture of a foreign file needs:
+    bool default_light; // a file without any light gets a sky, as lamps of a studio would make it
+    enum ng_gltf_emitters emissive_lights;
+    const char
+        *clip; // which clips play, as ng_clips_play has it (anim/clips.h); null: the first of each field
     // Called with the path of each file that the document names, unused pictures too. May be null.
     void (*file)(void *user, const char *path);
     void *user;
@@ -35,8 +47,11 @@ struct ng_gltf_scene {
     ng_entity root;   // named after the file's scene; holds the scene_scale component
     ng_entity camera; // the first camera of the file, or the default one that frames the scene
     bool camera_made; // the file has none
+    bool foreign;     // nothing in the file is of NG_scene
+    ng_entity sky;    // the light that was made since the file has none; null: none was made
     uint32_t entity_count, primitive_count, material_count, light_count, clip_count, skin_count;
     uint32_t image_count;
+    uint32_t emitter_count;  // of light_count, those made of emissive meshes
     uint64_t triangle_count; // of the fallback meshes, before subdivision
     float duration;          // of the longest clip, seconds; 0: nothing is animated
     uint64_t hash;           // of the bytes of every file that was read, wherever they lie: what the scene is
@@ -46,8 +61,8 @@ struct ng_gltf_scene {
 //
 // Nodes become entities with a name and a transform; primitives get a mesh component (on the node if
 // there is one primitive, else on children); materials become entities; each animation becomes a clip and an
-// entity with an animation component (all of them play). Files named by the document lie in its directory or
-// below; absolute paths, "..", network addresses and links that lead elsewhere are refused.
+// entity with an animation component (which of them play: anim/clips.h). Files named by the document lie in
+// its directory or below; absolute paths, "..", network addresses and links that lead elsewhere are refused.
 //
 // On failure one line was logged (file, where, which rule), nothing is left behind in either the world or the
 // store, and `*out` is zero. NG_ERROR_FORMAT: the file breaks a rule; NG_ERROR_UNSUPPORTED: valid but needs

@@ -247,6 +247,11 @@ static ng_result add_animation(struct gltf_loader *l, uint32_t index, ng_entity 
     ng_entity e;
     NG_TRY(ng_gltf_entity(l, group, a->name, "animation", index, &e));
     NG_TRY(ng_gltf_add(l, e, where, NG_ANIMATION, &animation));
+    const struct gltf_value *components = ng_gltf_member(a->extension, "components");
+    struct ng_clip_player player = {e, ng_assets_clip(l->assets, animation.clip),
+                                    ng_gltf_member(components, ng_animation_component.name) != NULL};
+    if (!ng_array_push(&l->clips, player))
+        return ng_out_of_memory(l->path);
     return ng_gltf_components(l, e, where, a->extension, "channels");
 }
 
@@ -254,11 +259,11 @@ ng_result ng_gltf_animations(struct gltf_loader *l)
 {
     uint32_t count = l->doc->animation_count;
     if (count == 0)
-        return NG_OK;
+        return ng_clips_play(l->world, NULL, 0, l->limits.clip);
     ng_entity group;
     NG_TRY(ng_gltf_entity(l, l->out.root, "animations", "group", 0, &group));
     for (uint32_t i = 0; i < count; i++)
         NG_TRY(add_animation(l, i, group));
     l->out.clip_count = count;
-    return NG_OK;
+    return ng_clips_play(l->world, l->clips.items, count, l->limits.clip);
 }

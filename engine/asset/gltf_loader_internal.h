@@ -2,6 +2,7 @@
 #ifndef NG_ASSET_GLTF_LOADER_INTERNAL_H
 #define NG_ASSET_GLTF_LOADER_INTERNAL_H
 
+#include "anim/clips.h"
 #include "asset/assets.h"
 #include "asset/gltf_internal.h"
 #include "asset/image.h"
@@ -48,7 +49,8 @@ struct gltf_loader {
     struct gltf_shape **made;  // [primitives of all meshes]: what became of each; null: not asked for
     uint32_t *first_primitive; // [mesh_count]: of a mesh in `made`
     NG_ARRAY(struct gltf_instance) instances;
-    NG_ARRAY(ng_asset) added; // to take back on failure
+    NG_ARRAY(struct ng_clip_player) clips; // in the order of the file
+    NG_ARRAY(ng_asset) added;              // to take back on failure
     bool warned_blend, warned_mirror, warned_uv, warned_morph, warned_weights, warned_influences, warned_mode;
     bool warned_camera, warned_range, warned_far, warned_keys;
 };
@@ -133,12 +135,21 @@ NG_NODISCARD ng_result ng_gltf_animations(struct gltf_loader *l);
 NG_NODISCARD ng_result ng_gltf_copies(struct gltf_loader *l, const char *where, const struct gltf_node *node,
                                       struct ng_transform **out, uint32_t *count);
 
-// ---- gltf_node.c, gltf_scale.c ---------------------------------------------------------------------------
+// ---- gltf_node.c, gltf_pose.c, gltf_scale.c, gltf_sky.c --------------------------------------------------
 // Checks the hierarchy and makes an entity with a transform for each node of the scene.
 NG_NODISCARD ng_result ng_gltf_nodes(struct gltf_loader *l, const struct gltf_scene *scene);
 // What hangs on the nodes: meshes, cameras, lights, extensions.
 NG_NODISCARD ng_result ng_gltf_attachments(struct gltf_loader *l);
+void ng_gltf_local_matrix(const struct ng_transform *transform, float out[16]);
+// [node_count][16], column-major, where the nodes of the scene are at time 0; the caller frees it. Null: no
+// memory.
+float (*ng_gltf_pose(const struct gltf_loader *l))[16];
 // Scene scale and camera where the file has none.
 NG_NODISCARD ng_result ng_gltf_scale_and_camera(struct gltf_loader *l);
+// Whether a file has anything of NG_scene.
+bool ng_gltf_is_foreign(const struct gltf_document *doc);
+// Emissive meshes that become lights, and a light where the file has none.
+NG_NODISCARD ng_result ng_gltf_emitters(struct gltf_loader *l);
+NG_NODISCARD ng_result ng_gltf_sky(struct gltf_loader *l);
 
 #endif

@@ -1,5 +1,7 @@
-// What a file may leave out: the scene's bounding sphere and a camera. Both come from the boxes of the
-// geometries in their rest pose.
+// What a file may leave out: the scene's bounding sphere and a camera. Both come from what is seen when the
+// scene begins: the boxes of geometries where their nodes are, and the vertices of skinned ones where joints
+// move them.
+#include "anim/skinning.h"
 #include "asset/gltf_loader_internal.h"
 #include "base/log.h"
 #include "components/camera.h"
@@ -20,38 +22,16 @@ struct bounds {
     float radius_squared;
 };
 
-static void local_matrix(const struct ng_transform *t, mat4 out)
-{
-    mat4 rotation;
-    versor q;
-    memcpy(q, t->rotation, sizeof q);
-    glm_quat_mat4(q, rotation);
-    glm_translate_make(out, (float *)t->translation);
-    glm_mat4_mul(out, rotation, out);
-    glm_scale(out, (float *)t->scale);
-}
-
-// [node_count][16], world space; parents come first in the order.
-static mat4 *world_matrices(const struct gltf_loader *l)
-{
-    mat4 *m = calloc((size_t)l->doc->node_count + 1, sizeof *m);
-    for (uint32_t i = 0; m && i < l->order_count; i++) {
-        uint32_t node = l->order[i], parent = l->parents[node];
-        local_matrix(ng_world_get(l->world, l->nodes[node], NG_TRANSFORM), m[node]);
-        if (parent != NG_GLTF_NO_NODE)
-            glm_mat4_mul(m[parent], m[node], m[node]);
-    }
-    return m;
-}
+typedef float matrix[16];
 
 // Where a node stands and how it stretches, the placement system will keep within its limit.
-static void warn_far(struct gltf_loader *l, mat4 *world)
+static void warn_far(struct gltf_loader *l, const matrix *world)
 {
     for (uint32_t i = 0; i < l->order_count; i++) {
         uint32_t node = l->order[i];
         bool near = true;
         for (int k = 0; k < 16; k++)
-            near = near && fabsf(world[node][k / 4][k % 4]) <= NG_PLACEMENT_MAX;
+            near = near && fabsf(world[node][k]) <= NG_PLACEMENT_MAX;
         if (!near && !l->warned_range) // of the same
             ng_gltf_warn(
                 l, &l->warned_far,
@@ -61,15 +41,22 @@ static void warn_far(struct gltf_loader *l, mat4 *world)
     }
 }
 
-// The corners of a geometry's box, as one matrix places them. What is out of sight does not count.
-static void each_corner(const struct ng_geometry *g, mat4 matrix, struct bounds *b,
+static void corner_of(const float low[3], const float high[3], int corner, float out[3])
+{
+    for (int k = 0; k < 3; k++)
+        out[k] = corner >> k & 1 ? high[k] : low[k];
+}
+
+// The corners of a box, as one matrix places them. What is out of sight does not count.
+static void each_corner(const float low[3], const float high[3], const matrix place, struct bounds *b,
                         void (*grow)(struct bounds *, vec3))
 {
     vec3 p[8];
+    mat4 m;
+    memcpy(m, place, sizeof m);
     for (int corner = 0; corner < 8; corner++) {
-        for (int k = 0; k < 3; k++)
-            p[corner][k] = corner >> k & 1 ? g->bounds_max[k] : g->bounds_min[k];
-        glm_mat4_mulv3(matrix, p[corner], 1, p[corner]);
+        corner_of(low, high, corner, p[corner]);
+        glm_mat4_mulv3(m, p[corner], 1, p[corner]);
         for (int k = 0; k < 3; k++)
             if (!(fabsf(p[corner][k]) <= NG_PLACEMENT_MAX))
                 return;
@@ -89,36 +76,74 @@ static void grow_sphere(struct bounds *b, vec3 p)
     b->radius_squared = fmaxf(b->radius_squared, glm_vec3_distance2(b->center, p));
 }
 
-// The joints that move a geometry.
-struct joints {
+// ---- skinned geometry ------------------------------------------------------------------------------------
+
+// Joints that move a geometry, with their matrices; zeros for all others, which move nothing.
+struct palette {
     bool seen[UINT16_MAX + 1];
     uint16_t list[UINT16_MAX + 1];
     uint32_t count;
+    struct ng_joint_matrix matrices[UINT16_MAX + 1];
 };
 
-static void find_joints(const struct ng_geometry *g, struct joints *j)
+// A box in world space of what an instance shows; instances of one geometry and skin share it.
+struct box {
+    bool known;
+    float low[3], high[3];
+};
+
+static void find_joints(const struct ng_geometry *g, struct palette *p)
 {
-    memset(j, 0, sizeof *j);
+    for (uint32_t i = 0; i < p->count; i++) {
+        p->seen[p->list[i]] = false;
+        p->matrices[p->list[i]] = (struct ng_joint_matrix){0};
+    }
+    p->count = 0;
     for (size_t i = 0; g->joints && i < (size_t)g->vertex_count * 4; i++)
-        if (g->weights[i] > 0 && !j->seen[g->joints[i]]) {
-            j->seen[g->joints[i]] = true;
-            j->list[j->count++] = g->joints[i];
+        if (g->weights[i] > 0 && !p->seen[g->joints[i]]) {
+            p->seen[g->joints[i]] = true;
+            p->list[p->count++] = g->joints[i];
         }
 }
 
-// A skinned vertex lies between the places that its joints would give it.
-static void each_joint(const struct gltf_loader *l, const struct gltf_instance *instance,
-                       const struct ng_geometry *g, const struct joints *joints, mat4 *world,
-                       struct bounds *b, void (*grow)(struct bounds *, vec3))
+static void pose_joints(const struct gltf_loader *l, int index, const matrix *world, struct palette *p)
 {
-    const struct gltf_skin *skin = &l->doc->skins[instance->skin];
-    const struct ng_skeleton *s = ng_assets_skeleton(l->assets, l->skins[instance->skin]);
-    for (uint32_t i = 0; i < joints->count; i++) {
-        mat4 place;
-        memcpy(place, s->inverse_bind + joints->list[i] * (size_t)16, sizeof place);
-        glm_mat4_mul(world[skin->joints[joints->list[i]]], place, place);
-        each_corner(g, place, b, grow);
+    const struct gltf_skin *skin = &l->doc->skins[index];
+    const struct ng_skeleton *s = ng_assets_skeleton(l->assets, l->skins[index]);
+    for (uint32_t i = 0; i < p->count; i++) {
+        uint16_t joint = p->list[i];
+        ng_skin_palette(1, world[skin->joints[joint]], s->inverse_bind + joint * (size_t)16,
+                        &p->matrices[joint]);
     }
+}
+
+// Where the vertices are once the joints have moved them. Those out of sight do not count.
+static ng_result box_skinned(const struct gltf_loader *l, const struct ng_geometry *g,
+                             const struct palette *palette, struct box *out)
+{
+    float *points = malloc(((size_t)g->vertex_count * 3 + 1) * sizeof *points);
+    if (!points)
+        return ng_out_of_memory(l->path);
+    ng_skin_vertices(NULL, &(struct ng_skin_params){.vertex_count = g->vertex_count,
+                                                    .joint_count = UINT16_MAX + 1,
+                                                    .palette = palette->matrices,
+                                                    .joints = g->joints,
+                                                    .weights = g->weights,
+                                                    .positions = g->positions,
+                                                    .out_positions = points});
+    for (size_t v = 0; v < g->vertex_count; v++) {
+        const float *p = points + v * 3;
+        bool near = true;
+        for (int k = 0; k < 3; k++)
+            near = near && fabsf(p[k]) <= NG_PLACEMENT_MAX;
+        for (int k = 0; near && k < 3; k++) {
+            out->low[k] = out->known ? fminf(out->low[k], p[k]) : p[k];
+            out->high[k] = out->known ? fmaxf(out->high[k], p[k]) : p[k];
+        }
+        out->known |= near;
+    }
+    free(points);
+    return NG_OK;
 }
 
 static int compare_instances(const void *a, const void *b)
@@ -129,86 +154,160 @@ static int compare_instances(const void *a, const void *b)
     return (x->skin > y->skin) - (x->skin < y->skin);
 }
 
-// The instances are sorted: of those with one geometry and skin, which stand in one place, the first counts.
-static void each_box(const struct gltf_loader *l, mat4 *world, struct joints *joints, struct bounds *b,
-                     void (*grow)(struct bounds *, vec3))
+// The instances are sorted: of those with one geometry and skin, which stand in one place, the first has the
+// box.
+static ng_result box_all_skinned(struct gltf_loader *l, const matrix *world, struct palette *palette,
+                                 struct box *boxes)
 {
     for (size_t n = 0; n < l->instances.count; n++) {
         const struct gltf_instance *instance = &l->instances.items[n], *last = n ? instance - 1 : NULL;
         const struct ng_geometry *g = ng_assets_geometry(l->assets, instance->shape.geometry);
-        if (instance->skin < 0) {
-            mat4 place;
-            local_matrix(&instance->place, place);
-            glm_mat4_mul(world[instance->node], place, place);
-            each_corner(g, place, b, grow);
+        bool same_geometry = last && last->shape.geometry.id == instance->shape.geometry.id;
+        if (instance->skin < 0 || !g->joints || (same_geometry && last->skin == instance->skin))
             continue;
-        }
-        if (!last || last->shape.geometry.id != instance->shape.geometry.id || last->skin < 0)
-            find_joints(g, joints);
-        else if (last->skin == instance->skin)
-            continue;
-        each_joint(l, instance, g, joints, world, b, grow);
+        if (!same_geometry || last->skin < 0)
+            find_joints(g, palette);
+        pose_joints(l, instance->skin, world, palette);
+        NG_TRY(box_skinned(l, g, palette, &boxes[n]));
     }
-}
-
-// The sphere around the centre of the scene's box that holds the boxes of all instances.
-static ng_result measure(struct gltf_loader *l, mat4 *world, struct ng_scene_scale *out)
-{
-    *out = (struct ng_scene_scale){.radius = 1};
-    struct joints *joints = malloc(sizeof *joints);
-    struct bounds b = {.min = {FLT_MAX, FLT_MAX, FLT_MAX}, .max = {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
-    if (!joints)
-        return ng_out_of_memory(l->path);
-    if (l->instances.count > 1)
-        qsort(l->instances.items, l->instances.count, sizeof l->instances.items[0], compare_instances);
-    each_box(l, world, joints, &b, grow_box);
-    if (b.min[0] <= b.max[0]) { // something is there
-        glm_vec3_center(b.min, b.max, b.center);
-        each_box(l, world, joints, &b, grow_sphere);
-        glm_vec3_copy(b.center, out->center);
-        out->radius = fminf(fmaxf(sqrtf(b.radius_squared), 1e-6f), NG_PLACEMENT_MAX);
-    }
-    free(joints);
     return NG_OK;
 }
 
-// In front of the sphere and a little above it, far enough to see all of it.
-static ng_result make_camera(struct gltf_loader *l, const struct ng_scene_scale *scale)
+// ---- the scene -------------------------------------------------------------------------------------------
+
+static void each_corner_of_copy(const struct gltf_instance *instance, const struct ng_geometry *g,
+                                const matrix node, struct bounds *b, void (*grow)(struct bounds *, vec3))
 {
-    const float pitch = 0.2f;
+    mat4 place, above;
+    ng_gltf_local_matrix(&instance->place, (float *)place);
+    memcpy(above, node, sizeof above);
+    glm_mat4_mul(above, place, place);
+    each_corner(g->bounds_min, g->bounds_max, (const float *)place, b, grow);
+}
+
+static void each_box(const struct gltf_loader *l, const matrix *world, const struct box *boxes,
+                     struct bounds *b, void (*grow)(struct bounds *, vec3))
+{
+    static const matrix here = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
+    for (size_t n = 0; n < l->instances.count; n++) {
+        const struct gltf_instance *instance = &l->instances.items[n];
+        const struct ng_geometry *g = ng_assets_geometry(l->assets, instance->shape.geometry);
+        if (boxes[n].known)
+            each_corner(boxes[n].low, boxes[n].high, here, b, grow);
+        else if (instance->skin < 0 || !g->joints)
+            each_corner_of_copy(instance, g, world[instance->node], b, grow);
+    }
+}
+
+static void measure_boxes(const struct gltf_loader *l, const matrix *world, const struct box *boxes,
+                          struct bounds *b)
+{
+    each_box(l, world, boxes, b, grow_box);
+    if (b->min[0] > b->max[0]) // nothing is there
+        return;
+    glm_vec3_center(b->min, b->max, b->center);
+    each_box(l, world, boxes, b, grow_sphere);
+}
+
+// The box of all that is seen, and the sphere around its centre that holds it.
+static ng_result measure(struct gltf_loader *l, const matrix *world, struct bounds *out)
+{
+    struct palette *palette = calloc(1, sizeof *palette);
+    struct box *boxes = calloc(l->instances.count + 1, sizeof *boxes);
+    ng_result r = NG_OK;
+    *out = (struct bounds){.min = {FLT_MAX, FLT_MAX, FLT_MAX}, .max = {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
+    if (!palette || !boxes)
+        r = ng_out_of_memory(l->path);
+    if (r == NG_OK && l->instances.count > 1)
+        qsort(l->instances.items, l->instances.count, sizeof l->instances.items[0], compare_instances);
+    if (r == NG_OK)
+        r = box_all_skinned(l, world, palette, boxes);
+    if (r == NG_OK)
+        measure_boxes(l, world, boxes, out);
+    free(palette);
+    free(boxes);
+    return r;
+}
+
+static void scale_of(const struct bounds *b, struct ng_scene_scale *out)
+{
+    *out = (struct ng_scene_scale){.radius = 1};
+    if (b->min[0] > b->max[0])
+        return;
+    glm_vec3_copy((float *)b->center, out->center);
+    out->radius = fminf(fmaxf(sqrtf(b->radius_squared), 1e-6f), NG_PLACEMENT_MAX);
+}
+
+// Far enough along `axes[2]` from the centre that all corners of the box are within the opening angle,
+// upright and across, with some room around them.
+static float fit(const struct bounds *b, const float axes[3][3], float fov_y)
+{
+    const float slope = tanf(fov_y / 2) / 1.1f;
+    float distance = 0;
+    for (int corner = 0; corner < 8; corner++) {
+        vec3 p;
+        corner_of(b->min, b->max, corner, p);
+        glm_vec3_sub(p, (float *)b->center, p);
+        float across =
+            fmaxf(fabsf(glm_vec3_dot((float *)axes[0], p)), fabsf(glm_vec3_dot((float *)axes[1], p)));
+        distance = fmaxf(distance, across / slope + glm_vec3_dot((float *)axes[2], p));
+    }
+    return distance;
+}
+
+// Three quarters from the front, which is +Z, and a little from above.
+static ng_result make_camera(struct gltf_loader *l, const struct ng_scene_scale *scale, struct bounds *b)
+{
+    const float yaw = 0.6f, pitch = 0.3f;
     struct ng_camera camera;
+    struct ng_transform t = {.scale = {1, 1, 1}};
     memcpy(&camera, ng_camera_component.defaults, sizeof camera);
-    float distance = 1.05f * scale->radius / sinf(camera.fov_y / 2);
     camera.near_plane = fminf(fmaxf(scale->radius * 0.01f, 1e-5f), 1e5f);
-    struct ng_transform t = {.translation = {scale->center[0], scale->center[1] + distance * sinf(pitch),
-                                             scale->center[2] + distance * cosf(pitch)},
-                             .rotation = {sinf(-pitch / 2), 0, 0, cosf(pitch / 2)},
-                             .scale = {1, 1, 1}};
+    if (b->min[0] > b->max[0]) // nothing is seen: look at where it would be
+        for (int k = 0; k < 3; k++) {
+            b->center[k] = scale->center[k];
+            b->min[k] = scale->center[k] - scale->radius;
+            b->max[k] = scale->center[k] + scale->radius;
+        }
+    const float axes[3][3] = {{cosf(yaw), 0, -sinf(yaw)},
+                              {-sinf(yaw) * sinf(pitch), cosf(pitch), -cosf(yaw) * sinf(pitch)},
+                              {sinf(yaw) * cosf(pitch), sinf(pitch), cosf(yaw) * cosf(pitch)}};
+    float distance = fmaxf(fit(b, axes, camera.fov_y), 2 * camera.near_plane);
+    for (int k = 0; k < 3; k++)
+        t.translation[k] = b->center[k] + axes[2][k] * distance;
+    versor turn, tilt;
+    glm_quatv(turn, yaw, (vec3){0, 1, 0});
+    glm_quatv(tilt, -pitch, (vec3){1, 0, 0});
+    glm_quat_mul(turn, tilt, t.rotation);
     NG_TRY(ng_gltf_entity(l, l->out.root, "camera", "camera", 0, &l->out.camera));
     l->out.camera_made = true;
     NG_TRY(ng_gltf_add(l, l->out.camera, "default camera", NG_TRANSFORM, &t));
     return ng_gltf_add(l, l->out.camera, "default camera", NG_CAMERA, &camera);
 }
 
-static ng_result find_scale(struct gltf_loader *l, struct ng_scene_scale *out)
+static ng_result complete(struct gltf_loader *l, const matrix *world)
 {
     const struct ng_scene_scale *given = ng_world_get(l->world, l->out.root, NG_SCENE_SCALE);
-    mat4 *world = world_matrices(l);
-    if (!world)
-        return ng_out_of_memory(l->path);
+    bool camera = ng_entity_is_null(l->out.camera);
+    struct ng_scene_scale scale = given ? *given : (struct ng_scene_scale){.radius = 1};
+    struct bounds bounds;
     warn_far(l, world);
-    ng_result r = NG_OK;
-    if (given)
-        *out = *given;
-    else
-        r = measure(l, world, out);
-    free(world);
-    return r == NG_OK && !given ? ng_gltf_add(l, l->out.root, "scene", NG_SCENE_SCALE, out) : r;
+    if (given && !camera)
+        return NG_OK;
+    NG_TRY(measure(l, world, &bounds));
+    if (!given) {
+        scale_of(&bounds, &scale);
+        NG_TRY(ng_gltf_add(l, l->out.root, "scene", NG_SCENE_SCALE, &scale));
+    }
+    return camera ? make_camera(l, &scale, &bounds) : NG_OK;
 }
 
 ng_result ng_gltf_scale_and_camera(struct gltf_loader *l)
 {
-    struct ng_scene_scale scale;
-    NG_TRY(find_scale(l, &scale));
-    return ng_entity_is_null(l->out.camera) ? make_camera(l, &scale) : NG_OK;
+    matrix *world = ng_gltf_pose(l);
+    if (!world)
+        return ng_out_of_memory(l->path);
+    ng_result r = complete(l, (const matrix *)world);
+    free(world);
+    return r;
 }

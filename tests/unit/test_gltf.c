@@ -275,7 +275,7 @@ static void test_cage(void **state)
     finish(&l);
 }
 
-// Without a scale and a camera in the file both are made, and the camera sees the whole sphere.
+// Without a scale and a camera in the file both are made, and the camera sees the whole box.
 static void test_defaults(void **state)
 {
     NG_UNUSED(state);
@@ -293,11 +293,12 @@ static void test_defaults(void **state)
         distance += d[i] * d[i];
     }
     distance = sqrtf(distance);
-    assert_true(distance * sinf(camera->fov_y / 2) > scale->radius);
-    // It looks along -Z turned by its rotation about X: towards the centre.
-    float angle = 2 * asinf(t->rotation[0]);
-    assert_float_equal(sinf(angle), -d[1] / distance, 1e-5);
-    assert_float_equal(cosf(angle), d[2] / distance, 1e-5);
+    assert_true(distance * tanf(camera->fov_y / 2) > 0.7f * scale->radius); // the triangle is flat
+    // It looks along -Z turned by its rotation: towards the centre (of the box, here of the sphere too).
+    float x = t->rotation[0], y = t->rotation[1], z = t->rotation[2], w = t->rotation[3];
+    assert_float_equal(2 * (x * z + w * y), d[0] / distance, 1e-5);
+    assert_float_equal(2 * (y * z - w * x), d[1] / distance, 1e-5);
+    assert_float_equal(1 - 2 * (x * x + y * y), d[2] / distance, 1e-5);
     finish(&l);
 }
 

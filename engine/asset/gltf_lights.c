@@ -1,0 +1,57 @@
+// Emissive meshes of files that know nothing of our lights: they glow in every program, here they also light.
+#include "asset/gltf_loader_internal.h"
+#include "components/components.h"
+#include "components/light_mesh.h"
+#include "components/material.h"
+#include "components/mesh.h"
+
+bool ng_gltf_is_foreign(const struct gltf_document *d)
+{
+    bool own = false;
+    for (uint32_t i = 0; i < d->scene_count; i++)
+        own = own || d->scenes[i].extension;
+    for (uint32_t i = 0; i < d->node_count; i++)
+        own = own || d->nodes[i].extension;
+    for (uint32_t i = 0; i < d->material_count; i++)
+        own = own || d->materials[i].extension;
+    for (uint32_t i = 0; i < d->animation_count; i++)
+        own = own || d->animations[i].extension;
+    for (uint32_t i = 0; i < d->mesh_count; i++)
+        for (uint32_t k = 0; k < d->meshes[i].primitive_count; k++)
+            own = own || d->meshes[i].primitives[k].extension;
+    return !own;
+}
+
+static bool emits(const struct gltf_loader *l, ng_entity e)
+{
+    const struct ng_mesh *mesh = ng_world_get(l->world, e, NG_MESH);
+    const struct ng_material *m = mesh ? ng_world_get(l->world, mesh->material, NG_MATERIAL) : NULL;
+    float most = 0;
+    for (int i = 0; m && i < 3; i++)
+        most = m->emissive[i] > most ? m->emissive[i] : most;
+    return m && most * m->emissive_strength > 0;
+}
+
+static bool is_light(const struct gltf_loader *l, ng_entity e)
+{
+    for (ng_component c = 0; c < NG_COMPONENT_COUNT; c++)
+        if (ng_component_is_light(c) && ng_world_has(l->world, e, c))
+            return true;
+    return false;
+}
+
+ng_result ng_gltf_emitters(struct gltf_loader *l)
+{
+    enum ng_gltf_emitters wanted = l->limits.emissive_lights;
+    if (wanted == NG_GLTF_EMITTERS_OFF || (wanted == NG_GLTF_EMITTERS_AUTO && !l->out.foreign))
+        return NG_OK;
+    for (size_t i = 0; i < l->instances.count; i++) {
+        ng_entity e = l->instances.items[i].entity;
+        if (!emits(l, e) || is_light(l, e))
+            continue;
+        NG_TRY(ng_gltf_add(l, e, "an emissive mesh", NG_LIGHT_MESH, ng_light_mesh_component.defaults));
+        l->out.emitter_count++;
+        l->out.light_count++;
+    }
+    return NG_OK;
+}

@@ -1,0 +1,102 @@
+// The light of a file that has none: a sky as it is in a photographer's studio, whose lamps are large and
+// soft. Metals have something to show in it, things have a light and a dark side, and nothing is in full
+// darkness.
+#include "asset/gltf_loader_internal.h"
+#include "asset/image_internal.h"
+#include "base/log.h"
+#include "components/components.h"
+#include "components/light_environment.h"
+#include "components/transform.h"
+
+#include <math.h>
+#include <string.h>
+
+// Lamps are wider than some texels, so that this few do.
+#define WIDTH  128
+#define HEIGHT 64
+#define PI     3.14159265f
+
+// A soft box on the sky: a rounded rectangle of angles, whose edges fade out.
+struct lamp {
+    float azimuth, elevation;      // radians; azimuth 0 is +Z, pi / 2 is +X
+    float half_width, half_height; // radians
+    float edge;                    // in which it fades, radians
+    float radiance[3];
+};
+
+static const struct lamp lamps[] = {
+    {-0.70f, 0.85f, 0.40f, 0.28f, 0.30f, {2.30f, 2.22f, 2.10f}},    // key: front left, above
+    {1.45f, 0.45f, 0.28f, 0.40f, 0.30f, {0.55f, 0.60f, 0.68f}},     // fill: right, cooler
+    {PI - 0.4f, 0.80f, 0.50f, 0.16f, 0.25f, {1.35f, 1.35f, 1.40f}}, // rim: behind, above
+};
+
+static float smooth(float from, float to, float x)
+{
+    float t = fminf(fmaxf((x - from) / (to - from), 0), 1);
+    return t * t * (3 - 2 * t);
+}
+
+// How much of a lamp there is in a direction, 0 to 1.
+static float coverage(const struct lamp *lamp, float azimuth, float elevation)
+{
+    float x = remainderf(azimuth - lamp->azimuth, 2 * PI) * cosf(elevation), y = elevation - lamp->elevation;
+    x = fmaxf(fabsf(x) - lamp->half_width, 0);
+    y = fmaxf(fabsf(y) - lamp->half_height, 0);
+    return 1 - smooth(0, lamp->edge, sqrtf(x * x + y * y));
+}
+
+// A dome that is brighter above than at the horizon, on a floor that is darker towards the feet.
+static void radiance_at(float azimuth, float elevation, float out[3])
+{
+    static const float zenith[3] = {0.18f, 0.18f, 0.19f}, horizon[3] = {0.18f, 0.18f, 0.185f},
+                       nadir[3] = {0.09f, 0.088f, 0.085f};
+    float up = smooth(0, PI / 2, elevation), down = smooth(0, PI / 2, -elevation);
+    for (int i = 0; i < 3; i++) {
+        out[i] = horizon[i] + (zenith[i] - horizon[i]) * up + (nadir[i] - horizon[i]) * down;
+        for (size_t k = 0; k < NG_COUNT(lamps); k++)
+            out[i] += lamps[k].radiance[i] * coverage(&lamps[k], azimuth, elevation);
+    }
+}
+
+// Map centre looks along -Z, x grows to the right of it; row 0 is +Y (components/light_environment.h).
+static void paint(struct ng_image *image)
+{
+    float *texel = image->pixels;
+    for (uint32_t y = 0; y < HEIGHT; y++)
+        for (uint32_t x = 0; x < WIDTH; x++, texel += 4) {
+            float turn = 2 * PI * (((float)x + 0.5f) / WIDTH - 0.5f);
+            radiance_at(PI - turn, PI * (0.5f - ((float)y + 0.5f) / HEIGHT), texel);
+            texel[3] = 1;
+        }
+}
+
+static ng_result make_map(struct gltf_loader *l, ng_asset *out)
+{
+    const struct ng_image_params params = {.repeat_u = true, .no_mips = true};
+    struct ng_image image;
+    NG_TRY(ng_gltf_budget(l, (uint64_t)WIDTH * HEIGHT * 4 * sizeof(float), "the default sky"));
+    NG_TRY(ng_image_allocate("the default sky", WIDTH, HEIGHT, NG_PIXEL_RGBA32F, &params, &image));
+    paint(&image);
+    if (!ng_array_reserve(&l->added, l->added.count + 1)) {
+        ng_image_finish(&image);
+        return ng_out_of_memory(l->path);
+    }
+    NG_TRY(ng_assets_take_image(l->assets, "default sky", &image, out));
+    ng_array_push(&l->added, *out);
+    return NG_OK;
+}
+
+ng_result ng_gltf_sky(struct gltf_loader *l)
+{
+    struct ng_light_environment sky;
+    if (!l->limits.default_light || l->out.light_count)
+        return NG_OK;
+    memcpy(&sky, ng_light_environment_component.defaults, sizeof sky);
+    NG_TRY(make_map(l, &sky.map));
+    NG_TRY(ng_gltf_entity(l, l->out.root, "default sky", "sky", 0, &l->out.sky));
+    NG_TRY(ng_gltf_add(l, l->out.sky, "default sky", NG_TRANSFORM, ng_transform_component.defaults));
+    NG_TRY(ng_gltf_add(l, l->out.sky, "default sky", NG_LIGHT_ENVIRONMENT, &sky));
+    l->out.light_count++;
+    ng_log_info("%s: has no light; a default sky lights it", l->path);
+    return NG_OK;
+}
