@@ -46,7 +46,7 @@ static ng_result move_to(struct session *s, double time)
 static ng_result open_session(struct session *s)
 {
     struct ng_stage_params params = {
-        .scene = s->params->scene, .threads = s->params->threads, .no_device = true, .needs_camera = true};
+        .scene = s->params->scene, .threads = s->params->threads, .no_device = true};
     NG_TRY(ng_stage_create(&params, &s->stage));
     NG_TRY(lf_tracer_create(&s->tracer));
     return move_to(s, 0);

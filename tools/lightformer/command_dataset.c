@@ -172,6 +172,7 @@ static int make_dataset(const struct dataset *d, struct cli_files *files)
                                      .device = d->device,
                                      .threads = d->threads,
                                      .needs_camera = true,
+                                     .no_default_light = true, // samples are of the scene's own lights
                                      .file = add_scene_file,
                                      .user = files};
     struct ng_stage *stage;

@@ -1,6 +1,7 @@
 // lightformer render: a scene to pictures, without a display.
 #include "commands.h"
 #include "files.h"
+#include "opening.h"
 #include "output.h"
 #include "progress.h"
 #include "render_clues.h"
@@ -31,6 +32,7 @@ struct render {
     uint32_t samples, depth, sampler, seed;
     double clamp, time_limit;
     bool antialias;
+    struct opening opening;
 };
 
 static const char *const samplers[] = {
@@ -129,6 +131,7 @@ static const struct cli_option options[] = {
      .offset = offsetof(struct render, graph),
      .value = "FILE.dot",
      .doc = "write the render graph of the last frame"},
+    CLI_OPENING(struct render),
     CLI_THREADS(struct render),
     CLI_DEVICE(struct render),
     {.name = "--spp",
@@ -575,9 +578,11 @@ static int begin(struct job *job)
                                      .device = r->device,
                                      .threads = r->threads,
                                      .no_device = is_reference(r),
-                                     .needs_camera = is_reference(r) || r->variation.given,
+                                     .needs_camera = r->variation.given,
                                      .file = add_scene_file,
                                      .user = &job->files};
+    opening_apply(&r->opening, &params);
+    params.no_default_light |= r->variation.given; // as the data set has it
     if (scene_file_check(r->scene) != NG_OK || check_outputs(r) != NG_OK ||
         ng_stage_create(&params, &job->stage) != NG_OK)
         return CLI_FAILED;

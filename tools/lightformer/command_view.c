@@ -1,5 +1,6 @@
 // lightformer view: a scene in a window, with a person's hands on camera and clock.
 #include "commands.h"
+#include "opening.h"
 #include "scene_file.h"
 #include "view_panels.h"
 #include "view_picture.h"
@@ -26,6 +27,7 @@ struct view {
     const char *scene, *device, *weights;
     uint32_t threads, method, layer, comparison, other, samples, frames;
     struct cli_size size;
+    struct opening opening;
 };
 
 static const struct cli_option options[] = {
@@ -68,6 +70,7 @@ static const struct cli_option options[] = {
      .fallback = "0",
      .max = 1e9,
      .doc = "quits after so many frames; 0: never"},
+    CLI_OPENING(struct view),
     CLI_THREADS(struct view),
     CLI_DEVICE(struct view),
 };
@@ -161,6 +164,7 @@ static ng_result open_viewer(struct viewer *v)
     NG_TRY(ng_window_create(&window, &v->window));
     struct ng_stage_params stage = {
         .scene = args->scene, .window = v->window, .device = args->device, .threads = args->threads};
+    opening_apply(&args->opening, &stage);
     NG_TRY(ng_stage_create(&stage, &v->stage));
     NG_TRY(open_methods(v));
     struct ng_ui_params ui = {.gpu = v->stage->gpu, .format = VK_FORMAT_R8G8B8A8_UNORM};
