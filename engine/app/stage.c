@@ -21,6 +21,7 @@ struct ng_stage_internal {
     struct ng_window *window;
     struct ng_extractor *extractor;
     struct ng_swapchain *swapchain;
+    struct ng_exposure exposure;
     bool drawn; // a frame before this one has been extracted
 };
 
@@ -76,10 +77,10 @@ ng_result ng_stage_create(const struct ng_stage_params *params, struct ng_stage 
         return NG_ERROR_MEMORY;
     }
     stage->internal = internal;
+    internal->exposure = params->exposure;
     ng_result result = load_scene(stage, params);
     if (result == NG_OK && params->needs_camera && stage->scene.camera_made) {
-        ng_log_error("%s: the scene has no camera; add one, since samples are views of it",
-                     params->scene);
+        ng_log_error("%s: the scene has no camera; add one, since samples are views of it", params->scene);
         result = NG_ERROR_NOT_FOUND;
     }
     if (result == NG_OK)
@@ -128,6 +129,7 @@ static ng_result move_to(struct ng_stage *stage, double time, const char *camera
         .jobs = stage->jobs,
         .time = time,
         .camera = camera,
+        .exposure = internal->exposure,
         .still = still || !internal->drawn,
     };
     NG_TRY(ng_extract(internal->extractor, &params, &stage->snapshot));
@@ -175,6 +177,7 @@ ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *fra
         .resource_count = frame->resource_count,
         .overlay = frame->overlay,
         .overlay_user = frame->overlay_user,
+        .adaptation = frame->adaptation,
     };
     NG_REQUIRE(stage->renderer, "the stage was made without a device");
     NG_REQUIRE(window || (params.width && params.height), "a frame without a window needs a size");

@@ -13,6 +13,7 @@
 
 #include "asset/gltf.h"
 #include "base/extern_c.h"
+#include "render/extract.h"
 #include "render/renderer.h"
 
 NG_EXTERN_C_BEGIN
@@ -29,6 +30,7 @@ struct ng_stage_params {
     bool no_default_light;    // a file without light stays dark
     enum ng_gltf_emitters emissive_lights; // as in struct ng_gltf_params
     const char *clip;                      // the same
+    struct ng_exposure exposure;           // of all frames (render/extract.h)
     // As in struct ng_gltf_params:
     void (*file)(void *user, const char *path);
     void *user;
@@ -69,6 +71,7 @@ struct ng_stage_frame {
     uint32_t resource_count;
     struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph, struct ng_graph_ref display);
     void *overlay_user;
+    float adaptation;
 };
 
 // Moves the scene to a time without drawing: what the next frame's motion is measured from.

@@ -1,5 +1,8 @@
-// Emissive meshes of files that know nothing of our lights: they glow in every program, here they also light.
+// Files that know nothing of our lights and cameras (NG_scene): their emissive meshes, which glow in every
+// program, also light the scene, and a light meter exposes their pictures, since their lamps are of any
+// strength.
 #include "asset/gltf_loader_internal.h"
+#include "components/camera.h"
 #include "components/components.h"
 #include "components/light_mesh.h"
 #include "components/material.h"
@@ -20,6 +23,16 @@ bool ng_gltf_is_foreign(const struct gltf_document *d)
         for (uint32_t k = 0; k < d->meshes[i].primitive_count; k++)
             own = own || d->meshes[i].primitives[k].extension;
     return !own;
+}
+
+void ng_gltf_expose(const struct gltf_loader *l, struct ng_camera *camera)
+{
+    const float grey = 0.05f;
+    if (!l->out.foreign)
+        return;
+    camera->auto_exposure = true;
+    for (int i = 0; i < 3; i++)
+        camera->background[i] = grey;
 }
 
 static bool emits(const struct gltf_loader *l, ng_entity e)

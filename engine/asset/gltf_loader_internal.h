@@ -148,6 +148,9 @@ float (*ng_gltf_pose(const struct gltf_loader *l))[16];
 NG_NODISCARD ng_result ng_gltf_scale_and_camera(struct gltf_loader *l);
 // Whether a file has anything of NG_scene.
 bool ng_gltf_is_foreign(const struct gltf_document *doc);
+// Exposure and background of a camera of such a file.
+struct ng_camera;
+void ng_gltf_expose(const struct gltf_loader *l, struct ng_camera *camera);
 // Emissive meshes that become lights, and a light where the file has none.
 NG_NODISCARD ng_result ng_gltf_emitters(struct gltf_loader *l);
 NG_NODISCARD ng_result ng_gltf_sky(struct gltf_loader *l);

@@ -290,6 +290,7 @@ static ng_result attach_camera(struct gltf_loader *l, const char *where, uint32_
     memcpy(&camera, ng_camera_component.defaults, sizeof camera);
     camera.fov_y = (float)c->fov_y;
     camera.near_plane = (float)c->near_plane;
+    ng_gltf_expose(l, &camera);
     return ng_gltf_add(l, l->nodes[node], where, NG_CAMERA, &camera);
 }
 

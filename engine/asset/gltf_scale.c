@@ -263,6 +263,7 @@ static ng_result make_camera(struct gltf_loader *l, const struct ng_scene_scale 
     struct ng_transform t = {.scale = {1, 1, 1}};
     memcpy(&camera, ng_camera_component.defaults, sizeof camera);
     camera.near_plane = fminf(fmaxf(scale->radius * 0.01f, 1e-5f), 1e5f);
+    ng_gltf_expose(l, &camera);
     if (b->min[0] > b->max[0]) // nothing is seen: look at where it would be
         for (int k = 0; k < 3; k++) {
             b->center[k] = scale->center[k];

@@ -7,6 +7,10 @@ static const struct ng_field fields[] = {
     NG_FIELD(struct ng_camera, near_plane, NG_FIELD_F32, "m", 1e-5f, 1e5f, "distance of the near plane"),
     NG_FIELD(struct ng_camera, exposure, NG_FIELD_F32, "", 0.0f, 1e9f,
              "factor on radiance before the tone map"),
+    NG_FIELD(struct ng_camera, auto_exposure, NG_FIELD_BOOL, "", 0, 0,
+             "the factor is on what a light meter finds in the picture"),
+    NG_FIELD(struct ng_camera, background, NG_FIELD_COLOR, "", 0.0f, 1.0f,
+             "shown where nothing is seen: linear, of a display, not exposed"),
 };
 
 const struct ng_component_desc ng_camera_component = {

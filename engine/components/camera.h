@@ -6,9 +6,11 @@
 
 // Reverse-Z, infinite far plane. The aspect ratio is the picture's.
 struct ng_camera {
-    float fov_y;      // vertical field of view, radians
-    float near_plane; // metres
-    float exposure;   // factor on radiance before the tone map
+    float fov_y;         // vertical field of view, radians
+    float near_plane;    // metres
+    float exposure;      // factor on radiance before the tone map
+    bool auto_exposure;  // the factor is on what a light meter finds (render/meter.h)
+    float background[3]; // linear, of a display: shown where neither a surface nor an environment is seen
 };
 
 #endif

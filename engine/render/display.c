@@ -4,6 +4,7 @@
 
 #include "base/log.h"
 #include "render/frame.h"
+#include "render/meter.h"
 #include "render/passes.h"
 #include "render/scene_gpu.h"
 
@@ -22,7 +23,7 @@ static const struct shown_layer {
     enum source source, divisor;
     uint32_t encoding; // NG_SHOWN_*
 } layers[] = {
-    {"beauty", BEAUTY, NONE, NG_SHOWN_RADIANCE},         {"direct", DIRECT, NONE, NG_SHOWN_RADIANCE},
+    {"beauty", BEAUTY, NONE, NG_SHOWN_BEAUTY},           {"direct", DIRECT, NONE, NG_SHOWN_RADIANCE},
     {"unshadowed", UNSHADOWED, NONE, NG_SHOWN_RADIANCE}, {"shadow", DIRECT, UNSHADOWED, NG_SHOWN_RATIO},
     {"indirect", INDIRECT, NONE, NG_SHOWN_RADIANCE},     {"emission", EMISSION, NONE, NG_SHOWN_RADIANCE},
     {"albedo", DIFFUSE, NONE, NG_SHOWN_PLAIN},           {"specular", SPECULAR, NONE, NG_SHOWN_PLAIN},
@@ -45,6 +46,7 @@ static const struct shown_layer *find_layer(const char *name)
 struct ng_display {
     struct ng_gpu *gpu;
     struct ng_gpu_pipeline *compose, *tonemap;
+    struct ng_meter *meter;
 };
 
 #define TEXTURE(n)                                                                                           \
@@ -68,12 +70,13 @@ static ng_result make_compose(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
 
 static ng_result make_tonemap(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
 {
-    static const struct ng_gpu_slot slots[] = {{.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
-                                               TEXTURE(1),
+    static const struct ng_gpu_slot slots[] = {TEXTURE(1),
                                                TEXTURE(2),
                                                TEXTURE(3),
                                                TEXTURE(4),
-                                               {.binding = 5, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}};
+                                               {.binding = 5, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+                                               {.binding = 6, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+                                               TEXTURE(7)};
     return ng_fullscreen_create(gpu,
                                 &(struct ng_gpu_graphics_params){.name = "tone map",
                                                                  .fragment = NG_SPIRV(ng_spv_tonemap_frag),
@@ -94,6 +97,8 @@ ng_result ng_display_create(struct ng_gpu *gpu, struct ng_display **out)
     ng_result r = make_compose(gpu, &self->compose);
     if (r == NG_OK)
         r = make_tonemap(gpu, &self->tonemap);
+    if (r == NG_OK)
+        r = ng_meter_create(gpu, &self->meter);
     if (r != NG_OK)
         ng_display_destroy(&self);
     *out = self;
@@ -107,6 +112,7 @@ void ng_display_destroy(struct ng_display **display)
         return;
     ng_gpu_pipeline_destroy(&self->compose);
     ng_gpu_pipeline_destroy(&self->tonemap);
+    ng_meter_destroy(&self->meter);
     free(self);
     *display = NULL;
 }
@@ -188,20 +194,28 @@ struct tonemap_data {
     const struct ng_display *self;
     struct ng_scene_gpu *scene;
     struct side left, right;
+    struct ng_graph_ref position; // zero: no background is shown
+    struct ng_graph_ref exposure; // zero: the number, not what a meter found
+    float fixed_exposure;
     struct ng_display_data shown;
 };
 
 static ng_result tone_map(const struct ng_pass_context *ctx)
 {
     const struct tonemap_data *d = ctx->data;
-    struct ng_frame_range shown;
+    struct ng_frame_range shown, fixed;
     NG_TRY(ng_frame_put(ctx->gpu, &d->shown, sizeof d->shown, &shown));
-    const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(d->scene, 0),
-                                              texture_or_black(ctx, d->scene, d->left.map, 1),
+    NG_TRY(ng_frame_put(ctx->gpu, &d->fixed_exposure, sizeof d->fixed_exposure, &fixed));
+    struct ng_gpu_binding exposure = ng_pass_range(&fixed, 6);
+    if (d->exposure.id)
+        exposure = (struct ng_gpu_binding){.binding = 6, .buffer = ng_pass_buffer(ctx, d->exposure)};
+    const struct ng_gpu_binding bindings[] = {texture_or_black(ctx, d->scene, d->left.map, 1),
                                               texture_or_black(ctx, d->scene, d->left.divisor, 2),
                                               texture_or_black(ctx, d->scene, d->right.map, 3),
                                               texture_or_black(ctx, d->scene, d->right.divisor, 4),
-                                              ng_pass_range(&shown, 5)};
+                                              ng_pass_range(&shown, 5),
+                                              exposure,
+                                              texture_or_black(ctx, d->scene, d->position, 7)};
     NG_TRY(ng_cmd_bind(ctx->cmd, d->self->tonemap, bindings, NG_COUNT(bindings)));
     vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
     return NG_OK;
@@ -227,18 +241,26 @@ static struct side make_side(const struct shown_layer *layer, const struct ng_gb
 
 static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struct ng_composer *composer,
                                             const struct ng_shown *shown, const struct side *left,
-                                            const struct side *right)
+                                            const struct side *right, struct ng_graph_ref exposure)
 {
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
+    const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
+    const struct ng_snapshot_camera *camera = &frame->snapshot->camera;
+    const float *background = camera->background;
+    bool shows_background = background[0] > 0 || background[1] > 0 || background[2] > 0;
     struct tonemap_data data = {.self = self,
                                 .scene = frame->scene,
                                 .left = *left,
                                 .right = *right,
+                                .position = shows_background ? gbuffer->position : (struct ng_graph_ref){0},
+                                .exposure = exposure,
+                                .fixed_exposure = camera->exposure,
                                 .shown = {.encoding = left->encoding,
                                           .other_encoding = right->encoding,
                                           .comparison = shown->comparison,
-                                          .divider = shown->divider * (float)frame->width}};
+                                          .divider = shown->divider * (float)frame->width,
+                                          .background = {background[0], background[1], background[2]}}};
     struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "tone map",
                                                                          .kind = NG_PASS_RASTER,
                                                                          .run = tone_map,
@@ -248,6 +270,9 @@ static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struc
     read_if_any(pass, left->divisor);
     read_if_any(pass, right->map);
     read_if_any(pass, right->divisor);
+    read_if_any(pass, data.position);
+    if (exposure.id)
+        ng_pass_read(pass, exposure, NG_USE_STORAGE_READ);
     return ng_pass_write(pass, picture(g, frame, "display", VK_FORMAT_R8G8B8A8_UNORM), NG_USE_COLOR);
 }
 
@@ -277,7 +302,7 @@ static ng_result choose_layer(const char *name, const struct shown_layer **out)
 }
 
 ng_result ng_display_declare(struct ng_display *self, struct ng_composer *composer,
-                             const struct ng_shown *shown, struct ng_display_result *out)
+                             const struct ng_shown *shown, float adaptation, struct ng_display_result *out)
 {
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
     const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
@@ -301,6 +326,9 @@ ng_result ng_display_declare(struct ng_display *self, struct ng_composer *compos
     }
     out->shows[0] = left.complete;
     out->shows[1] = right.complete;
-    out->color = declare_tone_map(self, composer, shown, &left, &right);
+    struct ng_graph_ref exposure = {0};
+    if (frame->snapshot->camera.auto_exposure)
+        exposure = ng_meter_declare(self->meter, composer, out->radiance, adaptation);
+    out->color = declare_tone_map(self, composer, shown, &left, &right, exposure);
     return NG_OK;
 }

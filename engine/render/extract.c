@@ -220,7 +220,7 @@ static void view_of(const float placement[16], float view[16], float position[3]
     view[15] = 1;
 }
 
-static void read_camera(struct ng_extractor *x, ng_entity e, bool still)
+static void read_camera(struct ng_extractor *x, ng_entity e, const struct ng_extract_params *p)
 {
     struct ng_snapshot_camera *c = &x->snapshot.camera, before = *c;
     const struct ng_camera *camera = ng_world_get(x->world, e, NG_CAMERA);
@@ -229,19 +229,29 @@ static void read_camera(struct ng_extractor *x, ng_entity e, bool still)
         c->fov_y = camera->fov_y;
         c->near_plane = camera->near_plane;
         c->exposure = camera->exposure;
+        c->auto_exposure = camera->auto_exposure;
+        memcpy(c->background, camera->background, sizeof c->background);
     } else {
         // No camera at all: the whole sphere of the scene, seen along -Z.
         float placement[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
         c->fov_y = 0.7f;
         c->near_plane = 0.01f;
         c->exposure = 1;
+        c->auto_exposure = false;
+        memset(c->background, 0, sizeof c->background);
         memcpy(placement + 12, x->snapshot.scene_center, 3 * sizeof(float));
         placement[14] += x->snapshot.scene_radius / sinf(0.5f * c->fov_y);
         view_of(placement, c->view, c->position);
     }
-    bool same_camera = x->frames && ng_entity_same(before.entity, e) && !still;
+    bool same_camera = x->frames && ng_entity_same(before.entity, e) && !p->still;
     memcpy(c->previous_view, same_camera ? before.view : c->view, sizeof c->view);
     c->entity = e;
+    if (p->exposure.mode != NG_EXPOSURE_CAMERA) {
+        c->auto_exposure = p->exposure.mode == NG_EXPOSURE_AUTO;
+        c->exposure = c->auto_exposure ? 1 : p->exposure.factor;
+    }
+    if (x->snapshot.environment != NG_NONE)
+        memset(c->background, 0, sizeof c->background);
 }
 
 // ---- the extraction --------------------------------------------------------------------------------------
@@ -332,7 +342,7 @@ ng_result ng_extract(struct ng_extractor *x, const struct ng_extract_params *p,
         return r;
     }
     x->since = now;
-    read_camera(x, camera, p->still);
+    read_camera(x, camera, p);
     if (p->still)
         stop_motion(x);
     publish(x, p->time);

@@ -25,14 +25,22 @@ struct ng_extractor;
 struct ng_jobs;
 struct ng_world;
 
+// How pictures are exposed. Zero: as the camera says.
+enum ng_exposure_mode { NG_EXPOSURE_CAMERA, NG_EXPOSURE_AUTO, NG_EXPOSURE_FIXED };
+struct ng_exposure {
+    enum ng_exposure_mode mode; // AUTO: as a light meter finds (render/meter.h)
+    float factor;               // of FIXED, on radiance
+};
+
 struct ng_extract_params {
     struct ng_world *world;         // required, always the same one; not const: queries belong to it
     const struct ng_assets *assets; // required, always the same one
     struct ng_jobs *jobs;           // null: this thread only
     double time;                    // seconds, as given to ng_world_run
     const char *camera;             // name of the camera's entity; null or "": the first camera of the world
-    bool still;                     // no motion: previous matrices and positions are the current ones (first
-                                    // frame, jump in time)
+    struct ng_exposure exposure;
+    bool still; // no motion: previous matrices and positions are the current ones (first
+                // frame, jump in time)
 };
 
 // Destroy it before its world.

@@ -234,7 +234,7 @@ static ng_result declare_frame(struct ng_renderer *r, const struct ng_render_par
         declare_bare(r, &data);
     NG_TRY(ng_composer_declare(r->composer));
     struct ng_display_result shown;
-    NG_TRY(ng_display_declare(r->display, r->composer, &p->shown, &shown));
+    NG_TRY(ng_display_declare(r->display, r->composer, &p->shown, p->adaptation, &shown));
     r->has_unshadowed = shown.radiance->unshadowed.id;
     r->has_direct = shown.radiance->direct.id;
     r->has_indirect = shown.radiance->indirect.id;

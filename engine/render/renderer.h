@@ -56,6 +56,9 @@ struct ng_render_params {
     // Returns the new version of `display` (RGBA8 UNORM, sRGB-encoded).
     struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph, struct ng_graph_ref display);
     void *overlay_user;
+    // Of cameras with auto_exposure: the part of the way from the last frame's exposure to this picture's, in
+    // stops, for pictures that are seen one after the other; 0: all of it, whatever came before.
+    float adaptation;
     // Where the picture goes, scaled to fit if sizes differ: a swapchain's image, left ready to present.
     // Null: nowhere.
     struct ng_gpu_image *target;

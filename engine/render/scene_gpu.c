@@ -154,7 +154,6 @@ static void fill_view(struct ng_scene_gpu *s, uint32_t width, uint32_t height)
         s->view.forward[i] = -c->view[i * 4 + 2];
         s->view.position[i] = c->position[i];
     }
-    s->view.exposure = c->exposure;
     s->view.near_plane = c->near_plane;
     s->view.size[0] = (float)width;
     s->view.size[1] = (float)height;

@@ -84,6 +84,9 @@ struct ng_snapshot_camera {
     float view[16], previous_view[16]; // world to camera, column-major: orthonormal, perhaps mirrored
     float position[3];
     float fov_y, near_plane, exposure;
+    bool auto_exposure;  // exposure is a factor on what the light meter finds
+    float background[3]; // shown where nothing is seen, as components/camera.h has it; black with an
+                         // environment
 };
 
 struct ng_snapshot_light {

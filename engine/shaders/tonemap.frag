@@ -4,16 +4,16 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/display.h"
-#include "shared/scene.h"
 #include "shared/tonemap.h"
 
-layout(set = 0, binding = 0, scalar) uniform View { ng_view_data view; };
 // Of the two sides: the layer, and what a ratio divides it by.
 layout(set = 0, binding = 1) uniform sampler2D left_map;
 layout(set = 0, binding = 2) uniform sampler2D left_divisor_map;
 layout(set = 0, binding = 3) uniform sampler2D right_map;
 layout(set = 0, binding = 4) uniform sampler2D right_divisor_map;
 layout(set = 0, binding = 5, scalar) readonly buffer Shown { ng_display_data display; };
+layout(set = 0, binding = 6, scalar) readonly buffer Exposure { float exposure; };
+layout(set = 0, binding = 7) uniform sampler2D position_map; // w: 1 where there is a surface
 
 layout(location = 0) in vec2 in_ndc;
 layout(location = 0) out vec4 out_color;
@@ -29,7 +29,8 @@ vec3 value_of(uint encoding, vec4 texel, vec4 divisor)
 {
     switch (encoding) {
     case NG_SHOWN_RADIANCE:
-        return max(texel.rgb * view.exposure, vec3(0));
+    case NG_SHOWN_BEAUTY:
+        return max(texel.rgb * exposure, vec3(0));
     case NG_SHOWN_RATIO:
         return mix(vec3(1), texel.rgb / max(divisor.rgb, vec3(1e-30)), greaterThan(divisor.rgb, vec3(0)));
     case NG_SHOWN_DIRECTION:
@@ -45,9 +46,14 @@ vec3 encode(uint encoding, vec3 x)
 {
     if (encoding == NG_SHOWN_DIRECTION)
         return x;
+    bool radiance = encoding == NG_SHOWN_RADIANCE || encoding == NG_SHOWN_BEAUTY;
+    if (encoding == NG_SHOWN_BEAUTY && fetch(position_map).w == 0 && display.background != vec3(0)) {
+        x = display.background;
+        radiance = false;
+    }
     float peak = max(x.r, max(x.g, x.b)), toe = min(x.r, min(x.g, x.b));
     for (int i = 0; i < 3; i++)
-        x[i] = ng_srgb_encode(encoding == NG_SHOWN_RADIANCE ? ng_tonemap(x[i], peak, toe) : x[i]);
+        x[i] = ng_srgb_encode(radiance ? ng_tonemap(x[i], peak, toe) : x[i]);
     return x;
 }
 

@@ -150,12 +150,6 @@ struct pass {
     uint32_t first, count; // samples
 };
 
-// A point of the tent of radius 1 around 0.
-static float tent(float u)
-{
-    return u < 0.5f ? sqrtf(2 * u) - 1 : 1 - sqrtf(2 - 2 * u);
-}
-
 static void clamp_to(float limit, float rgb[3])
 {
     float most = lf_max3(rgb);
@@ -221,8 +215,8 @@ static void find_primary(struct batch *b, uint32_t x, uint32_t y, const struct l
     if (r->params.antialias) {
         float u[2];
         lf_sampler_2d(&path->sampler, u);
-        place[0] += tent(u[0]);
-        place[1] += tent(u[1]);
+        place[0] += lf_tent(u[0]);
+        place[1] += lf_tent(u[1]);
     }
     struct lf_primary *primary = &b->primaries[b->count];
     struct lf_ray ray = lf_reference_ray(r, place[0], place[1]);

@@ -5,6 +5,8 @@
 #include "lightformer/reference/path.h"
 #include "lightformer/reference/reference.h"
 
+#include <math.h>
+
 // Sums over the samples of a pixel.
 struct lf_sums {
     double direct[3], unshadowed[3], indirect[3], emission[3];
@@ -30,6 +32,12 @@ struct lf_reference {
 static inline size_t lf_pixel_count(const struct lf_reference *r)
 {
     return (size_t)r->params.region.width * r->params.region.height;
+}
+
+// A point of the tent of radius 1 around 0: where antialiased paths begin, from the pixel's centre.
+static inline float lf_tent(float u)
+{
+    return u < 0.5f ? sqrtf(2 * u) - 1 : 1 - sqrtf(2 - 2 * u);
 }
 
 // The ray through a point of the whole picture, pixels.

@@ -2,7 +2,6 @@
 #include "base/log.h"
 #include "lightformer/reference/reference_internal.h"
 #include "lightformer/trace/vec.h"
-#include "shaders/shared/tonemap.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -186,34 +185,4 @@ ng_result lf_reference_layer(const struct lf_reference *r, const char *name, str
         return ng_out_of_memory(name);
     fill(r, (enum layer)(info - infos), out);
     return NG_OK;
-}
-
-// ---- display ---------------------------------------------------------------------------------------------
-// As engine/shaders/tonemap.frag does it.
-static void tone_map(const float rgb[3], float exposure, uint8_t out[4])
-{
-    float x[3], peak = 0, toe = INFINITY;
-    for (int i = 0; i < 3; i++) {
-        x[i] = fmaxf(rgb[i] * exposure, 0);
-        peak = fmaxf(peak, x[i]);
-        toe = fminf(toe, x[i]);
-    }
-    for (int i = 0; i < 3; i++)
-        out[i] = (uint8_t)(ng_srgb_encode(ng_tonemap(x[i], peak, toe)) * 255.0f + 0.5f);
-    out[3] = 255;
-}
-
-ng_result lf_reference_display(const struct lf_reference *r, uint8_t **rgba)
-{
-    struct lf_layer beauty;
-    *rgba = NULL;
-    NG_TRY(lf_reference_layer(r, "beauty", &beauty));
-    size_t pixels = lf_pixel_count(r);
-    uint8_t *out = malloc(pixels * 4);
-    float exposure = lf_tracer_snapshot(r->tracer)->camera.exposure;
-    for (size_t i = 0; out && i < pixels; i++)
-        tone_map((const float *)beauty.pixels + i * 3, exposure, out + i * 4);
-    free(beauty.pixels);
-    *rgba = out;
-    return out ? NG_OK : ng_out_of_memory("what a display shows");
 }

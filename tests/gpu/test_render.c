@@ -563,6 +563,78 @@ static void the_display_is_the_tone_map_of_beauty(void **state)
     }
 }
 
+// The mean of what is shown, 0 to 255, of a room lit by one lamp.
+static float shown_by(struct stage *s, float intensity)
+{
+    const uint8_t *rgba;
+    uint32_t width, height, sum = 0;
+    while (s->snapshot.light_count)
+        ng_light_finish(&s->lights[--s->snapshot.light_count].source);
+    add_point(s, 0, 0, 0, intensity);
+    s->lights[0].version = (uint64_t)(intensity * 1e6f) + 1;
+    draw(s);
+    assert_int_equal(ng_renderer_display(s->renderer, &rgba, &width, &height), NG_OK);
+    for (uint32_t i = 0; i < width * height * 4; i++)
+        sum += i % 4 == 3 ? 0 : rgba[i];
+    return (float)sum / (float)(width * height * 3);
+}
+
+static void the_meter_exposes_light_of_any_strength(void **state)
+{
+    struct stage *s = *state;
+    s->snapshot.camera.auto_exposure = true;
+    float shown = shown_by(s, 1);
+    assert_true(shown > 90 && shown < 190);
+    assert_near(shown_by(s, 1e-3f), shown, 2);
+    assert_near(shown_by(s, 1e5f), shown, 2);
+    s->snapshot.camera.exposure = 2; // a stop more
+    float brighter = shown_by(s, 1e5f);
+    assert_true(brighter > shown + 20);
+    s->snapshot.camera.exposure = 1;
+    shown_by(s, 0); // in the dark it finds a number all the same
+    assert_near(shown_by(s, 1), shown, 2);
+}
+
+// Of pictures that are seen one after the other each goes a part of the way; after a first one, and without
+// adaptation, it is what it is alone.
+static void exposure_adapts_to_what_is_seen(void **state)
+{
+    struct stage *s = *state;
+    s->snapshot.camera.auto_exposure = true;
+    float alone = shown_by(s, 1);
+    s->render.adaptation = 0.5f;
+    float first = shown_by(s, 1), second = shown_by(s, 4), third = shown_by(s, 4);
+    assert_near(first, alone, 0.5f);
+    assert_true(second > first + 10); // four times the light, of two stops one is made up for
+    assert_true(third < second - 5 && third > first);
+    for (int i = 0; i < 12; i++)
+        shown_by(s, 4);
+    assert_near(shown_by(s, 4), alone, 2);
+    s->render.adaptation = 0;
+    assert_near(shown_by(s, 100), alone, 2);
+}
+
+static void where_nothing_is_seen_the_background_is_shown(void **state)
+{
+    struct stage *s = *state;
+    const uint8_t *rgba;
+    uint32_t width, height;
+    add_point(s, 0, 0, 0, 7);
+    for (int i = 0; i < 2; i++) {
+        if (i)
+            memcpy(s->snapshot.camera.background, (const float[]){0.1f, 0.2f, 0.3f}, 3 * sizeof(float));
+        s->snapshot.instance_count = 4;
+        draw(s);
+        assert_int_equal(ng_renderer_display(s->renderer, &rgba, &width, &height), NG_OK);
+        const uint8_t *pixel = rgba + (size_t)4 * (SIZE / 2 * SIZE + SIZE / 2),
+                      *wall = rgba + (size_t)4 * SIZE / 2;
+        for (int c = 0; c < 3; c++)
+            assert_near(pixel[c], 255 * ng_srgb_encode(s->snapshot.camera.background[c]), 1.01f);
+        assert_true(wall[0] > 100);
+        assert_near(texel(s, "beauty", SIZE / 2, SIZE / 2)[2], 0, 0); // it is no light
+    }
+}
+
 // Same scene, other flags: the same bytes.
 static void pictures_do_not_depend_on_culling_or_aliasing(void **state)
 {
@@ -803,6 +875,9 @@ static void change_everything(struct stage *s, int n)
     s->materials[1].emission[1] = t;
     s->materials[1].double_sided = n % 2;
     s->snapshot.camera.exposure = 1 + t;
+    s->snapshot.camera.auto_exposure = n % 2;
+    s->snapshot.camera.background[1] = t / 2;
+    s->render.adaptation = n % 4 > 1 ? t : 0;
     s->snapshot.camera.fov_y = 1 + t / 2;
     set_camera(s, t, 0, 1);
     s->render.shown.divider = t;
@@ -857,6 +932,9 @@ int main(void)
         T(light_maps_are_redrawn_only_when_what_they_show_changes),
         T(lights_add_up_and_names_may_clash),
         T(the_display_is_the_tone_map_of_beauty),
+        T(the_meter_exposes_light_of_any_strength),
+        T(exposure_adapts_to_what_is_seen),
+        T(where_nothing_is_seen_the_background_is_shown),
         T(any_layer_can_be_shown_and_compared),
         cmocka_unit_test(frames_of_new_numbers_compile_no_shader),
         cmocka_unit_test(pictures_do_not_depend_on_culling_or_aliasing),

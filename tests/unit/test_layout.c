@@ -25,7 +25,6 @@ static const struct member members[] = {
     M(ng_view_data, down),
     M(ng_view_data, forward),
     M(ng_view_data, position),
-    M(ng_view_data, exposure),
     M(ng_view_data, near_plane),
     M(ng_view_data, size),
     M(ng_instance_data, matrix),

@@ -10,6 +10,7 @@
 #define NG_SHOWN_RATIO     2 // of two images; 1 where the divisor is 0
 #define NG_SHOWN_DIRECTION 3 // -1..1
 #define NG_SHOWN_W         4 // the fourth channel, linear 0..1
+#define NG_SHOWN_BEAUTY    5 // radiance; a background where nothing is seen
 
 #define NG_COMPARE_NOTHING    0
 #define NG_COMPARE_SPLIT      1 // left of a divider the one, right of it the other
@@ -23,6 +24,7 @@ struct ng_display_data {
     NG_UINT(other_encoding);
     NG_UINT(comparison); // NG_COMPARE_*
     NG_FLOAT(divider);   // pixels from the left edge
+    NG_VEC3(background); // where nothing is seen: linear 0..1
 };
 
 #endif

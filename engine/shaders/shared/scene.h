@@ -18,7 +18,6 @@ struct ng_view_data {
     NG_VEC3(down);                     // x and y from -1 to 1
     NG_VEC3(forward);
     NG_VEC3(position);
-    NG_FLOAT(exposure);
     NG_FLOAT(near_plane);
     NG_VEC2(size); // pixels
 };

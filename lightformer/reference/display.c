@@ -1,0 +1,115 @@
+// What a display shows of a picture, as engine/render/display.h and meter.h do it on the GPU.
+#include "base/log.h"
+#include "lightformer/reference/reference_internal.h"
+#include "shaders/shared/meter.h"
+#include "shaders/shared/tonemap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define EDGE 4 // rays a side of a filtered pixel, by which its share of background is found
+
+static float luminance_of(const struct lf_sums *s, uint32_t samples)
+{
+    float rgb[3];
+    for (int i = 0; i < 3; i++)
+        rgb[i] = (float)((s->direct[i] + s->emission[i]) / samples);
+    return ng_meter_luminance(rgb[0], rgb[1], rgb[2]);
+}
+
+static float find_exposure(const struct lf_reference *r)
+{
+    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
+    uint32_t counts[NG_METER_BINS] = {0};
+    float total = 0, before = 0, sum = 0, shares = 0;
+    if (!camera->auto_exposure)
+        return camera->exposure;
+    for (size_t i = 0; r->samples && i < lf_pixel_count(r); i++) {
+        float luminance = luminance_of(&r->sums[i], r->samples);
+        if (luminance > 0)
+            counts[(uint32_t)ng_meter_bin(luminance)]++;
+    }
+    for (int i = 0; i < NG_METER_BINS; i++)
+        total += (float)counts[i];
+    for (int i = 0; i < NG_METER_BINS; i++) {
+        float count = (float)counts[i], share = ng_meter_share(before, count, total);
+        before += count;
+        shares += share;
+        sum += share * (float)i;
+    }
+    return camera->exposure * ng_meter_exposure(sum, shares);
+}
+
+// Linear light of a display.
+static void tone_map(const float rgb[3], float exposure, float out[3])
+{
+    float x[3], peak = 0, toe = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        x[i] = fmaxf(rgb[i] * exposure, 0);
+        peak = fmaxf(peak, x[i]);
+        toe = fminf(toe, x[i]);
+    }
+    for (int i = 0; i < 3; i++)
+        out[i] = ng_tonemap(x[i], peak, toe);
+}
+
+static bool meets_nothing(const struct lf_reference *r, struct lf_path_scene *scene, float x, float y)
+{
+    struct lf_primary primary;
+    struct lf_ray ray = lf_reference_ray(r, x, y);
+    lf_path_begin(scene, &ray, &primary);
+    return !primary.met;
+}
+
+// The part of a pixel through which nothing is seen: all or nothing, unless a filter goes over it.
+static float background_share(const struct lf_reference *r, struct lf_path_scene *scene, uint32_t x,
+                              uint32_t y)
+{
+    if (!r->params.antialias)
+        return meets_nothing(r, scene, (float)x + 0.5f, (float)y + 0.5f);
+    uint32_t misses = 0;
+    for (int i = 0; i < EDGE * EDGE; i++) {
+        float u = ((float)(i % EDGE) + 0.5f) / EDGE, v = ((float)(i / EDGE) + 0.5f) / EDGE;
+        misses += meets_nothing(r, scene, (float)x + 0.5f + lf_tent(u), (float)y + 0.5f + lf_tent(v));
+    }
+    return (float)misses / (EDGE * EDGE);
+}
+
+static bool has_background(const struct ng_snapshot_camera *camera)
+{
+    const float *b = camera->background;
+    return b[0] > 0 || b[1] > 0 || b[2] > 0;
+}
+
+static void show(const struct lf_reference *r, const float *beauty, uint8_t *out)
+{
+    const struct lf_region *region = &r->params.region;
+    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
+    struct lf_path_stats stats = {0};
+    struct lf_path_scene scene = lf_reference_scene(r, &stats);
+    float exposure = find_exposure(r), share = 0;
+    bool background = has_background(camera);
+    for (size_t i = 0; i < lf_pixel_count(r); i++, beauty += 3, out += 4) {
+        float shown[3];
+        tone_map(beauty, exposure, shown);
+        if (background)
+            share = background_share(r, &scene, region->x + (uint32_t)(i % region->width),
+                                     region->y + (uint32_t)(i / region->width));
+        for (int c = 0; c < 3; c++)
+            out[c] = (uint8_t)(ng_srgb_encode(shown[c] + share * camera->background[c]) * 255.0f + 0.5f);
+        out[3] = 255;
+    }
+}
+
+ng_result lf_reference_display(const struct lf_reference *r, uint8_t **rgba)
+{
+    struct lf_layer beauty;
+    *rgba = NULL;
+    NG_TRY(lf_reference_layer(r, "beauty", &beauty));
+    uint8_t *out = malloc(lf_pixel_count(r) * 4);
+    if (out)
+        show(r, beauty.pixels, out);
+    free(beauty.pixels);
+    *rgba = out;
+    return out ? NG_OK : ng_out_of_memory("what a display shows");
+}
