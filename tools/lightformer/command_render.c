@@ -270,7 +270,7 @@ static bool check_layers(const struct render *r)
 // What the tables cannot say; false, reported, if it does not hold.
 static bool check_options(const struct render *r)
 {
-    if (!check_method(r))
+    if (!check_method(r) || !opening_check(&r->opening, "render"))
         return false;
     if (r->frames.given && r->time != 0) {
         fputs("lightformer render: --time and --frames exclude each other\n", stderr);

@@ -21,6 +21,7 @@
 #include "gpu/device.h"
 #include "scene/world.h"
 
+#include <math.h>
 #include <string.h>
 
 struct view {
@@ -88,6 +89,7 @@ static const char keys[] = VIEW_PICTURE_KEYS "left drag     orbit\n"
                                              "Escape        quit";
 
 #define SCRUB_S          0.1
+#define ADAPTATION_S     0.4f // in which the exposure goes most of the way to where it should be
 #define TITLE_INTERVAL_S 0.25
 #define FRAME_SMOOTHING  0.1 // weight of the newest frame in the time that is shown
 
@@ -278,6 +280,7 @@ static ng_result draw(struct viewer *v, float seconds)
         .shown = view_picture_shown(&v->picture),
         .overlay = draw_ui,
         .overlay_user = v,
+        .adaptation = 1 - expf(-seconds / ADAPTATION_S),
     };
     return ng_stage_draw(v->stage, &frame);
 }
@@ -334,6 +337,8 @@ static void close_viewer(struct viewer *v)
 static int run(const void *args)
 {
     struct view values = *(const struct view *)args;
+    if (!opening_check(&values.opening, "view"))
+        return CLI_USAGE;
     values.method = method_choose(METHOD_VIEW, values.method, values.scene, values.weights);
     struct viewer v = {.args = &values};
     ng_result result = open_viewer(&v);

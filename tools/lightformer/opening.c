@@ -1,13 +1,47 @@
 #include "opening.h"
 
 #include "app/stage.h"
+#include "base/printable.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MOST_STOPS 64
 
 const char *const opening_emitters[] = {
     [NG_GLTF_EMITTERS_AUTO] = "auto", [NG_GLTF_EMITTERS_ON] = "on", [NG_GLTF_EMITTERS_OFF] = "off", NULL};
+
+static bool read_exposure(const char *text, struct ng_exposure *out)
+{
+    *out = (struct ng_exposure){0};
+    if (!text)
+        return true;
+    if (strcmp(text, "auto") == 0) {
+        out->mode = NG_EXPOSURE_AUTO;
+        return true;
+    }
+    char *end;
+    double stops = strtod(text, &end);
+    *out = (struct ng_exposure){NG_EXPOSURE_FIXED, (float)exp2(stops)};
+    return end != text && *end == 0 && fabs(stops) <= MOST_STOPS;
+}
+
+bool opening_check(const struct opening *opening, const char *command)
+{
+    struct ng_exposure exposure;
+    if (read_exposure(opening->exposure, &exposure))
+        return true;
+    ng_print_line(stderr,
+                  "lightformer %s: --exposure: \"%s\" is neither auto nor a number of stops from -%d to %d",
+                  command, opening->exposure, MOST_STOPS, MOST_STOPS);
+    return false;
+}
 
 void opening_apply(const struct opening *opening, struct ng_stage_params *params)
 {
     params->no_default_light = opening->no_default_light;
     params->emissive_lights = (enum ng_gltf_emitters)opening->emissive_lights;
     params->clip = opening->clip;
+    (void)read_exposure(opening->exposure, &params->exposure); // it was checked
 }
