@@ -8,6 +8,11 @@
 #include "components/material.h"
 #include "components/mesh.h"
 
+// Emissive meshes that are lights each for itself; of more, those of one material are one light together. A
+// light costs views and shadows of its own.
+#define MOST_ALONE 16
+#define MOST       256 // lights of emissive materials
+
 bool ng_gltf_is_foreign(const struct gltf_document *d)
 {
     bool own = false;
@@ -53,18 +58,34 @@ static bool is_light(const struct gltf_loader *l, ng_entity e)
     return false;
 }
 
+// Makes an emissive mesh a light, or with all others of its material.
+static ng_result light_up(struct gltf_loader *l, ng_entity e, bool merged)
+{
+    if (!emits(l, e) || is_light(l, e))
+        return NG_OK;
+    if (merged)
+        e = ((const struct ng_mesh *)ng_world_get(l->world, e, NG_MESH))->material;
+    if (is_light(l, e))
+        return NG_OK;
+    if (l->out.emitter_count == MOST) {
+        ng_gltf_warn(l, &l->warned_emitters, "more than %d materials emit; the others' light is not followed",
+                     MOST);
+        return NG_OK;
+    }
+    l->out.emitter_count++;
+    l->out.light_count++;
+    return ng_gltf_add(l, e, "an emissive mesh", NG_LIGHT_MESH, ng_light_mesh_component.defaults);
+}
+
 ng_result ng_gltf_emitters(struct gltf_loader *l)
 {
     enum ng_gltf_emitters wanted = l->limits.emissive_lights;
     if (wanted == NG_GLTF_EMITTERS_OFF || (wanted == NG_GLTF_EMITTERS_AUTO && !l->out.foreign))
         return NG_OK;
-    for (size_t i = 0; i < l->instances.count; i++) {
-        ng_entity e = l->instances.items[i].entity;
-        if (!emits(l, e) || is_light(l, e))
-            continue;
-        NG_TRY(ng_gltf_add(l, e, "an emissive mesh", NG_LIGHT_MESH, ng_light_mesh_component.defaults));
-        l->out.emitter_count++;
-        l->out.light_count++;
-    }
+    uint32_t count = 0;
+    for (size_t i = 0; i < l->instances.count; i++)
+        count += emits(l, l->instances.items[i].entity);
+    for (size_t i = 0; i < l->instances.count; i++)
+        NG_TRY(light_up(l, l->instances.items[i].entity, count > MOST_ALONE));
     return NG_OK;
 }

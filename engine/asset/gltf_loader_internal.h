@@ -52,7 +52,7 @@ struct gltf_loader {
     NG_ARRAY(struct ng_clip_player) clips; // in the order of the file
     NG_ARRAY(ng_asset) added;              // to take back on failure
     bool warned_blend, warned_mirror, warned_uv, warned_morph, warned_weights, warned_influences, warned_mode;
-    bool warned_camera, warned_range, warned_far, warned_keys;
+    bool warned_camera, warned_range, warned_far, warned_keys, warned_emitters;
 };
 
 #define NG_GLTF_NO_NODE   UINT32_MAX

@@ -12,7 +12,7 @@ static const struct ng_field fields[] = {
 
 const struct ng_component_desc ng_light_mesh_component = {
     .name = "light_mesh",
-    .doc = "makes the emissive mesh of its entity a light",
+    .doc = "makes the emissive mesh of its entity a light, or all meshes of a material one light",
     .size = sizeof(struct ng_light_mesh),
     .align = _Alignof(struct ng_light_mesh),
     .defaults = &defaults,

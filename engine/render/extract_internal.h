@@ -78,7 +78,9 @@ struct ng_light_slot {
     uint64_t image_revision; // 0: it is missing
     uint64_t version;        // of the light; 0: not prepared yet
     uint64_t unit_version;
-    uint64_t piece_version; // mesh lights: of the instance that the triangles are of
+    uint64_t
+        piece_version; // mesh lights: of the instance that the triangles are of, or a hash of all of them
+    uint64_t looked;   // geometry_version at which a material's meshes were last looked through; 0: never
     NG_ARRAY(float) triangles;
     NG_ARRAY(float) uvs;
     struct ng_material material;          // of area lights: what they are made of, whatever they emit
@@ -142,7 +144,7 @@ struct ng_extractor {
 
     NG_ARRAY(struct ng_light_slot) slots;
     NG_ARRAY(struct ng_light_slot) old_slots;
-    struct ng_index_map mesh_light_of; // entity of a mesh light: slot
+    struct ng_index_map mesh_light_of; // entity of a mesh light, a mesh or a material: slot
     struct ng_index_map place_of; // cell of places and sizes: the last of the lights that have a place there
 
     struct ng_index_map warned; // of whom, about what
@@ -220,6 +222,8 @@ NG_NODISCARD ng_result ng_extract_list_lights(struct ng_extractor *x, bool count
 // Sources, powers, versions, places and the instances of emitters; pieces must be up to date. `listed`: the
 // lights are not the previous extraction's.
 NG_NODISCARD ng_result ng_extract_update_lights(struct ng_extractor *x, bool listed);
+// Whether a mesh light is of a material: of all its meshes, then.
+bool ng_extract_lights_material(const struct ng_extractor *x, ng_entity light);
 // The material that an area light shows: its own, with the radiance of all lights of its place for emission.
 void ng_extract_emitter_material(const struct ng_extractor *x, const struct ng_light_slot *slot,
                                  struct ng_material *out);

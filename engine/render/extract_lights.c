@@ -1,6 +1,7 @@
 // Lights. The list follows the components; each light keeps its slot, and in it the importance tables, from
 // frame to frame. A source is compared with last frame's byte by byte: an unchanged light keeps its version,
 // and only a changed image, emission or emitter mesh prepares its tables again.
+#include "base/hash.h"
 #include "base/log.h"
 #include "components/name.h"
 #include "components/scene_scale.h"
@@ -146,23 +147,72 @@ static void to_world(const float rows[12], const float p[3], float out[3])
         out[i] = rows[i * 4] * p[0] + rows[i * 4 + 1] * p[1] + rows[i * 4 + 2] * p[2] + rows[i * 4 + 3];
 }
 
-// The emitter's triangles in world space.
-static ng_result read_triangles(struct ng_light_slot *slot, const struct ng_snapshot_instance *instance,
-                                const struct ng_snapshot_mesh *mesh)
+// Adds an emitter's triangles in world space. Those that are mirrored where the light is not are turned
+// around: their second and third corners change places.
+static ng_result add_triangles(struct ng_light_slot *slot, struct ng_snapshot_instance *instance,
+                               const struct ng_snapshot_mesh *mesh)
 {
+    static const uint32_t turned[3] = {0, 2, 1};
     const float *uvs = slot->material.emissive_uv_set && mesh->uvs1 ? mesh->uvs1 : mesh->uvs;
-    if (!ng_array_resize(&slot->triangles, (size_t)mesh->index_count * 3) ||
-        !ng_array_resize(&slot->uvs, (size_t)mesh->index_count * 2))
+    size_t first = (size_t)slot->source.triangle_count * 3, count = mesh->index_count;
+    bool turn = (instance->flags & NG_INSTANCE_MIRRORED) && !slot->source.mirrored;
+    if (first + count > UINT32_MAX || !ng_array_resize(&slot->triangles, (first + count) * 3) ||
+        !ng_array_resize(&slot->uvs, (first + count) * 2))
         return ng_out_of_memory("the frame's scene");
-    for (size_t i = 0; i < mesh->index_count; i++) {
-        size_t vertex = mesh->indices[i];
-        to_world(instance->matrix, mesh->positions + vertex * 3, slot->triangles.items + i * 3);
-        memcpy(slot->uvs.items + i * 2, uvs + vertex * 2, 2 * sizeof(float));
+    for (size_t i = 0; i < count; i++) {
+        size_t vertex = mesh->indices[turn ? i - i % 3 + turned[i % 3] : i];
+        to_world(instance->matrix, mesh->positions + vertex * 3, slot->triangles.items + (first + i) * 3);
+        memcpy(slot->uvs.items + (first + i) * 2, uvs + vertex * 2, 2 * sizeof(float));
     }
-    slot->source.triangle_count = mesh->index_count / 3;
+    instance->light_triangle = slot->source.triangle_count;
+    slot->source.triangle_count += mesh->index_count / 3;
     slot->source.triangles = slot->triangles.items;
     slot->source.triangle_uvs = slot->uvs.items;
-    slot->source.mirrored = (instance->flags & NG_INSTANCE_MIRRORED) != 0;
+    return NG_OK;
+}
+
+// What an emitter's material says; `*prepare` is set where the tables are out of date.
+static void read_emission(struct ng_light_slot *slot, const struct ng_material *m, ng_asset *image,
+                          bool *prepare)
+{
+    struct ng_light_source *s = &slot->source;
+    ng_extract_emission(m, s->emission);
+    *prepare |= s->double_sided != m->double_sided;
+    s->double_sided = m->double_sided;
+    *image = m->emissive_texture;
+    if (slot->material.emissive_uv_set != m->emissive_uv_set)
+        slot->piece_version = slot->looked = 0; // triangles are read again
+    slot->material = *m;
+}
+
+bool ng_extract_lights_material(const struct ng_extractor *x, ng_entity light)
+{
+    return ng_world_has(x->world, light, NG_MATERIAL) && !ng_world_has(x->world, light, NG_MESH);
+}
+
+// All meshes of a material, in the order of their entities, that are no lights of their own.
+static ng_result read_material_emitter(struct ng_extractor *x, struct ng_light_slot *slot, ng_asset *image,
+                                       bool *prepare)
+{
+    uint32_t light = (uint32_t)(slot - x->slots.items);
+    read_emission(slot, &x->records.items[ng_extract_material_index(x, slot->entity)].value, image, prepare);
+    if (slot->looked == x->snapshot.geometry_version)
+        return NG_OK;
+    slot->looked = x->snapshot.geometry_version;
+    uint64_t version = 1;
+    for (uint32_t i = 0; i < x->pieces.count; i++)
+        if (x->instances.items[i].light == light)
+            version = ng_hash_combine(ng_hash_combine(version, x->pieces.items[i].entity.id),
+                                      x->instances.items[i].version);
+    if (slot->piece_version == version)
+        return NG_OK;
+    slot->piece_version = version;
+    slot->source.triangle_count = 0;
+    slot->source.mirrored = false;
+    *prepare = true;
+    for (uint32_t i = 0; i < x->pieces.count; i++)
+        if (x->instances.items[i].light == light)
+            NG_TRY(add_triangles(slot, &x->instances.items[i], ng_extract_piece_mesh(&x->pieces.items[i])));
     return NG_OK;
 }
 
@@ -173,6 +223,8 @@ static ng_result read_emitter(struct ng_extractor *x, struct ng_light_slot *slot
 {
     struct ng_light_source *s = &slot->source;
     uint32_t index = ng_index_map_get(&x->piece_of, slot->entity.id);
+    if (ng_extract_lights_material(x, slot->entity))
+        return read_material_emitter(x, slot, image, prepare);
     if (index == UINT32_MAX) {
         *prepare |= s->triangle_count > 0;
         s->triangle_count = 0;
@@ -180,19 +232,16 @@ static ng_result read_emitter(struct ng_extractor *x, struct ng_light_slot *slot
         return NG_OK;
     }
     const struct ng_piece *piece = &x->pieces.items[index];
-    const struct ng_snapshot_instance *instance = &x->instances.items[index];
-    const struct ng_material *m = &x->records.items[ng_extract_material_index(x, piece->material)].value;
-    ng_extract_emission(m, s->emission);
-    *prepare |= s->double_sided != m->double_sided;
-    s->double_sided = m->double_sided;
-    *image = m->emissive_texture;
-    bool same_uvs = slot->material.emissive_uv_set == m->emissive_uv_set;
-    slot->material = *m;
-    if (slot->piece_version == instance->version && same_uvs)
+    struct ng_snapshot_instance *instance = &x->instances.items[index];
+    read_emission(slot, &x->records.items[ng_extract_material_index(x, piece->material)].value, image,
+                  prepare);
+    if (slot->piece_version == instance->version)
         return NG_OK;
     slot->piece_version = instance->version;
     *prepare = true;
-    return read_triangles(slot, instance, ng_extract_piece_mesh(piece));
+    s->triangle_count = 0;
+    s->mirrored = (instance->flags & NG_INSTANCE_MIRRORED) != 0;
+    return add_triangles(slot, instance, ng_extract_piece_mesh(piece));
 }
 
 static void warn_scale(struct ng_extractor *x, const struct ng_light_slot *slot)

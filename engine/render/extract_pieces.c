@@ -149,10 +149,13 @@ static ng_result shape_pieces(struct ng_extractor *x)
     return NG_OK;
 }
 
-// The material that a piece shows: its own, or the emitter's where a light says how bright it is.
+// The material that a piece shows: its own, or the emitter's where a light says how bright it is: that of the
+// mesh, or that of all meshes of the material.
 static uint32_t shown_material(const struct ng_extractor *x, const struct ng_piece *piece, uint32_t *light)
 {
     *light = ng_index_map_get(&x->mesh_light_of, piece->entity.id);
+    if (*light == UINT32_MAX && ng_extract_lights_material(x, piece->material))
+        *light = ng_index_map_get(&x->mesh_light_of, piece->material.id);
     if (*light == UINT32_MAX) {
         *light = NG_NONE;
         return ng_extract_material_index(x, piece->material);
@@ -316,6 +319,8 @@ ng_result ng_extract_list_pieces(struct ng_extractor *x)
     for (uint32_t i = 0; i < x->pieces.count; i++)
         if (!ng_index_map_set(&x->piece_of, x->pieces.items[i].entity.id, i))
             return ng_out_of_memory("the frame's scene");
+    for (size_t i = 0; i < x->slots.count; i++)
+        x->slots.items[i].looked = 0; // whose mesh is whose may be another
     return list_meshes(x);
 }
 

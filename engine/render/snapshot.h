@@ -55,6 +55,7 @@ struct ng_snapshot_instance {
     ng_entity entity;
     uint32_t mesh, material; // indices into the snapshot
     uint32_t light;          // index of the light whose emitter this is, or NG_NONE
+    uint32_t light_triangle; // of a mesh light's triangles, the first that is of this instance
     uint32_t flags;
     uint64_t version; // changes when placement, geometry or reflection (not emission) do: what a cached
                       // view compares

@@ -61,10 +61,10 @@ static void meet_emitter(void *user, const struct lf_hit *hit)
     struct meeting *m = user;
     if (lf_tracer_snapshot(m->scene->tracer)->instances[hit->instance].light != m->light->light)
         return;
-    struct ng_light_hit h = {.distance = hit->distance, .triangle = hit->triangle};
+    struct ng_light_hit h = {.distance = hit->distance};
+    lf_hit_on_light(lf_tracer_snapshot(m->scene->tracer), hit, &h);
     memcpy(h.position, hit->position, sizeof h.position);
     memcpy(h.direction, m->direction, sizeof h.direction);
-    memcpy(h.barycentric, hit->barycentric, sizeof h.barycentric);
     add_meeting(m, &h);
 }
 

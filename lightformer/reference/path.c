@@ -62,11 +62,12 @@ static struct lf_radiance *radiance_of(const struct walk *walk, uint32_t lane)
 }
 
 // ---- meeting emitters ------------------------------------------------------------------------------------
-static struct ng_light_hit light_hit(const float from[3], const float direction[3], const struct lf_hit *hit)
+static struct ng_light_hit light_hit(const struct ng_snapshot *snapshot, const float from[3],
+                                     const float direction[3], const struct lf_hit *hit)
 {
-    struct ng_light_hit h = {.triangle = hit->triangle,
-                             .barycentric = {hit->barycentric[0], hit->barycentric[1]}};
+    struct ng_light_hit h;
     float way[3];
+    lf_hit_on_light(snapshot, hit, &h);
     memcpy(h.position, hit->position, sizeof h.position);
     memcpy(h.direction, direction, sizeof h.direction);
     lf_mad(hit->position, from, -1, way);
@@ -130,7 +131,7 @@ static void add_met_environments(struct look *look)
 static void add_met_surface(void *user, const struct lf_hit *hit)
 {
     struct look *look = user;
-    struct ng_light_hit h = light_hit(look->position, look->direction, hit);
+    struct ng_light_hit h = light_hit(look->snapshot, look->position, look->direction, hit);
     add_met_light(look, look->snapshot->instances[hit->instance].light, &h);
 }
 
@@ -313,7 +314,7 @@ static void see_light(const struct sight *sight, uint32_t light, const struct ng
 static void see_emitter(void *user, const struct lf_hit *hit)
 {
     const struct sight *sight = user;
-    struct ng_light_hit seen = light_hit(sight->ray->origin, sight->ray->direction, hit);
+    struct ng_light_hit seen = light_hit(sight->snapshot, sight->ray->origin, sight->ray->direction, hit);
     see_light(sight, sight->snapshot->instances[hit->instance].light, &seen);
 }
 

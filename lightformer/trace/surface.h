@@ -4,6 +4,7 @@
 
 #include "base/extern_c.h"
 #include "lightformer/trace/tracer.h"
+#include "render/snapshot.h"
 
 NG_EXTERN_C_BEGIN
 
@@ -25,6 +26,19 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
 bool lf_surface_may_shine(const struct lf_tracer *tracer, const struct lf_hit *hit);
 // Where the point of a hit was in the frame before, world (snapshot.h: previous matrices and positions).
 void lf_surface_previous(const struct lf_tracer *tracer, const struct lf_hit *hit, float out[3]);
+// Where an emitter's light was met, in the terms of that light; the rest of `out` is the caller's.
+static inline void lf_hit_on_light(const struct ng_snapshot *snapshot, const struct lf_hit *hit,
+                                   struct ng_light_hit *out)
+{
+    const struct ng_snapshot_instance *in = &snapshot->instances[hit->instance];
+    // Of a light of several meshes those that are mirrored are turned around: corners 1 and 2 have changed
+    // places.
+    bool turned = (in->flags & NG_INSTANCE_MIRRORED) && !snapshot->lights[in->light].source.mirrored &&
+                  snapshot->lights[in->light].source.type->emissive_mesh;
+    out->triangle = in->light_triangle + hit->triangle;
+    out->barycentric[0] = hit->barycentric[turned];
+    out->barycentric[1] = hit->barycentric[!turned];
+}
 // Asks memory for what lf_surface_at will read, for callers with something to do in between: stage 0 for what
 // tells where the rest is, stage 1 for the rest.
 void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit, int stage);

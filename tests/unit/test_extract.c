@@ -745,6 +745,60 @@ static void test_mesh_light(void **state)
     close_scene(&s);
 }
 
+// A light of a material: all its meshes shine together, mirrored ones the way they face.
+static void test_light_of_a_material(void **state)
+{
+    (void)state;
+    struct scene s;
+    open_scene(&s, 1);
+    ng_entity a = add_piece(&s, "a", 2, 0, 0), b = add_piece(&s, "b", -4, 0, 0),
+              own = add_piece(&s, "own", 6, 0, 0);
+    struct ng_material *m = ng_world_edit(s.world, s.material, NG_MATERIAL);
+    m->emissive[0] = m->emissive[1] = m->emissive[2] = 1;
+    ((struct ng_transform *)ng_world_edit(s.world, b, NG_TRANSFORM))->scale[0] = -2;
+    OK(ng_world_add(s.world, s.material, NG_LIGHT_MESH, NULL));
+    OK(ng_world_add(s.world, own, NG_LIGHT_MESH, NULL));
+    const struct ng_snapshot *n = frame(&s, 0);
+    const struct ng_snapshot_instance *ia = instance_of(n, a), *ib = instance_of(n, b);
+    assert_int_equal(n->light_count, 2);
+    assert_int_equal(ia->light, ib->light);
+    assert_int_not_equal(ia->light, instance_of(n, own)->light);
+    const struct ng_snapshot_light *light = &n->lights[ia->light];
+    NEAR(light->power, 3 * 3.14159265, 1e-4); // one square, and one of twice its size
+    assert_int_equal(light->source.triangle_count, 4);
+    assert_int_equal(ia->light_triangle + ib->light_triangle, 2);
+    uint32_t on_b = 0;
+    for (int i = 0; i < 64; i++) {
+        struct ng_light_sample sample;
+        const float u[2] = {((float)(i % 8) + 0.5f) / 8, ((float)(i / 8) + 0.5f) / 8};
+        ng_light_sample_at(&light->source, u, &sample);
+        assert_true(sample.normal[2] == 1 && (sample.position[0] < 0 || sample.position[0] < 4));
+        on_b += sample.position[0] < 0;
+    }
+    assert_true(on_b > 64 / 2 && on_b < 64); // two thirds
+
+    // What others do does not matter to it; what its meshes do, does.
+    uint64_t version = light->version;
+    move(&s, own, 7);
+    n = frame(&s, 1);
+    assert_true(n->lights[instance_of(n, a)->light].version == version);
+    ((struct ng_mesh *)ng_world_edit(s.world, a, NG_MESH))->visible = false;
+    n = frame(&s, 2);
+    light = &n->lights[instance_of(n, b)->light];
+    assert_true(light->version > version);
+    assert_int_equal(light->source.triangle_count, 2);
+    assert_int_equal(instance_of(n, b)->light_triangle, 0);
+    OK(ng_world_add(s.world, b, NG_LIGHT_MESH, NULL)); // a light of its own from here on
+    n = frame(&s, 3);
+    assert_int_equal(n->light_count, 3);
+    NEAR(n->lights[instance_of(n, b)->light].power, 2 * 3.14159265, 1e-4);
+    OK(ng_world_remove(s.world, b, NG_LIGHT_MESH));
+    OK(ng_world_remove(s.world, s.material, NG_LIGHT_MESH));
+    n = frame(&s, 4);
+    assert_int_equal(instance_of(n, b)->light, NG_NONE);
+    close_scene(&s);
+}
+
 // Emission of a lamp's material as the snapshot shows it.
 static void assert_emission(struct scene *s, double time, ng_entity lamp, float red, float green)
 {
@@ -924,6 +978,7 @@ int main(void)
         cmocka_unit_test(test_emitters_are_visible),
         cmocka_unit_test(test_light_versions),
         cmocka_unit_test(test_mesh_light),
+        cmocka_unit_test(test_light_of_a_material),
         cmocka_unit_test(test_mesh_light_shows_its_radiance),
         cmocka_unit_test(test_warnings_come_once),
         cmocka_unit_test(test_environment),

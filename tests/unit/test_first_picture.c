@@ -21,11 +21,9 @@ struct loaded {
     struct ng_gltf_scene scene;
 };
 
-static ng_result load(struct loaded *l, const char *name, const struct ng_gltf_params *params)
+static ng_result load_path(struct loaded *l, const char *path, const struct ng_gltf_params *params)
 {
-    char path[256];
     struct test_log log; // warnings of other parts are theirs
-    snprintf(path, sizeof path, "tests/files/good/%s.gltf", name);
     assert_int_equal(ng_world_create(NULL, &l->world), NG_OK);
     assert_int_equal(ng_components_register(l->world), NG_OK);
     assert_int_equal(ng_assets_create(&l->assets), NG_OK);
@@ -33,6 +31,13 @@ static ng_result load(struct loaded *l, const char *name, const struct ng_gltf_p
     ng_result r = ng_gltf_load(path, l->world, l->assets, params, &l->scene);
     test_log_end(&log);
     return r;
+}
+
+static ng_result load(struct loaded *l, const char *name, const struct ng_gltf_params *params)
+{
+    char path[256];
+    snprintf(path, sizeof path, "tests/files/good/%s.gltf", name);
+    return load_path(l, path, params);
 }
 
 static void finish(struct loaded *l)
@@ -110,6 +115,45 @@ static void test_emissive_meshes(void **state)
     assert_int_equal(emitters("no_light", NG_GLTF_EMITTERS_ON), 0);
     // One mesh of this file is a light by NG_scene, and no other becomes one unasked.
     assert_int_equal(emitters("everything", NG_GLTF_EMITTERS_AUTO), 1);
+}
+
+// Writes a file of as many emissive triangles as are asked for, of two materials in turn.
+static void write_lamps(const char *path, int count)
+{
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fputs("{\"asset\": {\"version\": \"2.0\"}, \"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"primitives\": [",
+          file);
+    for (int i = 0; i < count; i++)
+        fprintf(file, "%s{\"attributes\": {\"POSITION\": 0}, \"material\": %d}", i ? ", " : "", i % 2);
+    fputs(
+        "]}], \"materials\": [{\"emissiveFactor\": [1, 1, 1]}, {\"emissiveFactor\": [0, 0, 1]}], "
+        "\"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"type\": \"VEC3\", \"count\": 3, "
+        "\"min\": [0, 0, 0], \"max\": [1, 1, 0]}], "
+        "\"bufferViews\": [{\"buffer\": 0, \"byteLength\": 36}], \"buffers\": [{\"byteLength\": 36, \"uri\": "
+        "\"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}",
+        file);
+    assert_int_equal(fclose(file), 0);
+}
+
+// Few lamps are lights each, of many those of one material are one light together.
+static void test_many_emissive_meshes(void **state)
+{
+    NG_UNUSED(state);
+    static const struct {
+        int lamps;
+        uint32_t lights;
+    } cases[] = {{3, 3}, {300, 2}};
+    char path[512];
+    test_path(path, sizeof path, "lamps.gltf");
+    for (size_t i = 0; i < NG_COUNT(cases); i++) {
+        struct loaded l;
+        write_lamps(path, cases[i].lamps);
+        assert_int_equal(load_path(&l, path, NULL), NG_OK);
+        assert_int_equal(l.scene.primitive_count, cases[i].lamps);
+        assert_int_equal(l.scene.emitter_count, cases[i].lights);
+        finish(&l);
+    }
 }
 
 // ---- camera ----------------------------------------------------------------------------------------------
@@ -281,6 +325,7 @@ int main(void)
         cmocka_unit_test(test_sky),
         cmocka_unit_test(test_no_sky),
         cmocka_unit_test(test_emissive_meshes),
+        cmocka_unit_test(test_many_emissive_meshes),
         cmocka_unit_test(test_made_camera),
         cmocka_unit_test(test_skinned_bounds),
         cmocka_unit_test(test_clips_of_a_file),
