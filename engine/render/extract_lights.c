@@ -415,12 +415,33 @@ static bool is_lamp(const struct ng_extractor *x, const struct ng_light_slot *sl
     return !(albedo[0] > 0 || albedo[1] > 0 || albedo[2] > 0) && box <= NG_LAMP_MOST_SHARE * sphere;
 }
 
+static void find_front(const struct ng_extractor *x, struct ng_snapshot_light *light)
+{
+    struct ng_light_surface surface;
+    struct ng_light_source unit;
+    struct ng_light_proxy proxy;
+    light->flat = false;
+    if (!light->source.type->surface)
+        return;
+    light->source.type->surface(&light->source, &surface);
+    if (surface.shape != NG_LIGHT_SHAPE_RECTANGLE && surface.shape != NG_LIGHT_SHAPE_DISK)
+        return;
+    ng_light_unit(&light->source, &unit);
+    ng_light_proxy_of(&unit, &proxy);
+    memcpy(light->front, proxy.direction, sizeof proxy.direction);
+    light->front[3] = -NG_LAMP_ROW * x->snapshot.scene_radius;
+    for (int k = 0; k < 3; k++)
+        light->front[3] -= proxy.direction[k] * proxy.position[k];
+    light->flat = true;
+}
+
 // Last, since it follows from the scene's size as well.
 static void find_lamps(struct ng_extractor *x)
 {
     bool changed = false;
     for (size_t i = 0; i < x->slots.count; i++) {
         const struct ng_light_slot *slot = &x->slots.items[i];
+        find_front(x, &x->light_array.items[i]);
         if (slot->instance == NG_NONE)
             continue;
         struct ng_snapshot_instance *instance = &x->instances.items[slot->instance];

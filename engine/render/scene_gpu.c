@@ -267,20 +267,16 @@ static void frustum_planes(const float *m, float planes[6][4])
     }
 }
 
-// Whether something of it may be where n . p + d >= 0.
-static bool reaches(const float plane[4], const struct ng_snapshot_instance *i)
-{
-    float far = plane[3];
-    for (int a = 0; a < 3; a++)
-        far += plane[a] * (plane[a] > 0 ? i->bounds_max[a] : i->bounds_min[a]);
-    return !(far < 0);
-}
-
 static bool inside(float planes[6][4], const struct ng_snapshot_instance *i)
 {
-    for (int p = 0; p < 6; p++)
-        if (!reaches(planes[p], i))
+    for (int p = 0; p < 6; p++) {
+        const float *n = planes[p];
+        float far = n[3];
+        for (int a = 0; a < 3; a++)
+            far += n[a] * (n[a] > 0 ? i->bounds_max[a] : i->bounds_min[a]);
+        if (far < 0)
             return false;
+    }
     return true;
 }
 
@@ -391,10 +387,11 @@ uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *s, const struct ng_seen_pa
     float planes[6][4];
     frustum_planes(p->view_projection, planes);
     uint64_t key = NG_KEY;
+    const struct ng_snapshot_light *light = p->not_beside ? &s->snapshot->lights[p->skip_light] : NULL;
     for (uint32_t i = 0; i < s->snapshot->instance_count; i++) {
         const struct ng_snapshot_instance *instance = &s->snapshot->instances[i];
         if (!is_skipped(s->snapshot, instance, p->skip_light) && inside(planes, instance) &&
-            (!p->in_front || reaches(p->front, instance)))
+            !(light && ng_lamp_is_beside(instance, light)))
             key = ng_key_add(ng_key_add(key, instance->entity.id), instance->version);
     }
     return key;

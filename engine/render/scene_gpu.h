@@ -86,8 +86,7 @@ NG_NODISCARD ng_result ng_scene_gpu_draw(struct ng_scene_gpu *scene, struct ng_c
 struct ng_seen_params {
     float view_projection[16];
     uint32_t skip_light; // as for draws
-    bool in_front;       // only what reaches to where front . (p, 1) >= 0
-    float front[4];
+    bool not_beside;     // lamps beside that light (ng_lamp_is_beside) do not count
 };
 // A key (graph/key.h) of everything that a view of the scene shows.
 uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *scene, const struct ng_seen_params *params);

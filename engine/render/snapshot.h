@@ -97,9 +97,11 @@ struct ng_snapshot_light {
     uint32_t image;                // of the environment's map in the snapshot's images, or NG_NONE
     uint32_t place;                // index of the first light whose surface coincides with this one's
     bool lamp;                     // its surface is one (NG_INSTANCE_LAMP)
-    float power;                   // Phi of conventions, W
-    uint64_t version;              // of the source: the same version means the same light
-    uint64_t unit_version;         // the same, of ng_light_unit: whatever its brightness
+    bool flat;                     // it shines to where front . (p, 1) > 0 alone: see ng_lamp_is_beside
+    float front[4];
+    float power;           // Phi of conventions, W
+    uint64_t version;      // of the source: the same version means the same light
+    uint64_t unit_version; // the same, of ng_light_unit: whatever its brightness
 };
 
 struct ng_snapshot {
@@ -120,5 +122,17 @@ struct ng_snapshot {
     uint64_t surface_version;  // the same of all instances but lamps; it may change more often
     uint64_t emission_version; // changes when an instance that is no light emits in another way
 };
+
+// Whether a lamp is nowhere in front of a light: lamps in a row on a ceiling do not see one another, though
+// they hang a little higher and lower. The plane stands off the emitter by NG_LAMP_ROW of the scene's radius.
+#define NG_LAMP_ROW 1e-3f
+static inline bool ng_lamp_is_beside(const struct ng_snapshot_instance *lamp,
+                                     const struct ng_snapshot_light *light)
+{
+    float most = light->front[3];
+    for (int k = 0; k < 3; k++)
+        most += light->front[k] * (light->front[k] > 0 ? lamp->bounds_max[k] : lamp->bounds_min[k]);
+    return lamp->flags & NG_INSTANCE_LAMP && light->flat && most <= 0;
+}
 
 #endif

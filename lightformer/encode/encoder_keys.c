@@ -8,10 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-// Lamps in a row on a ceiling do not see one another, whatever rounding says: what is less than this part of
-// the scene's radius in front of an emitter is beside it.
-#define FRONT 1e-6f
-
 static bool reads(const struct lf_encoder *self, enum lf_net_input input)
 {
     return self->reads >> input & 1;
@@ -31,35 +27,15 @@ uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_fr
     return reads(self, LF_INPUT_PIXEL_REFLECTION_EMISSION) ? ng_key_add(key, s->emission_version) : key;
 }
 
-// The half space that a flat emitter shines into: of n . p + d >= 0, n and d. False: it is not flat.
-static bool front_of(const struct ng_light_source *source, float scene_radius, float plane[4])
-{
-    struct ng_light_surface surface;
-    struct ng_light_proxy proxy;
-    if (!source->type->surface)
-        return false;
-    source->type->surface(source, &surface);
-    if (surface.shape != NG_LIGHT_SHAPE_RECTANGLE && surface.shape != NG_LIGHT_SHAPE_DISK)
-        return false;
-    ng_light_proxy_of(source, &proxy);
-    memcpy(plane, proxy.direction, sizeof proxy.direction);
-    plane[3] = -FRONT * scene_radius;
-    for (int k = 0; k < 3; k++)
-        plane[3] -= plane[k] * proxy.position[k];
-    return true;
-}
-
 // What rays into a view may meet. Those of a perspective begin at the light, not at its near plane.
 static uint64_t key_of_view(const struct lf_encoder *self, const struct ng_frame_info *frame,
                             const struct ng_light_gpu *l, uint32_t view, uint32_t light)
 {
-    const struct ng_snapshot *s = frame->snapshot;
-    struct ng_seen_params params = {.skip_light = light};
+    // A texel of a map may look past the edge; rays pass lamps that are beside the light.
+    struct ng_seen_params params = {.skip_light = light, .not_beside = self->params.rsm != LF_RSM_MAPS};
     memcpy(params.view_projection, l->rsm_views[view].view_projection, sizeof params.view_projection);
     if (!l->data.window_count)
-        params.view_projection[14] = 0;  // the near plane's distance
-    if (self->params.rsm != LF_RSM_MAPS) // a texel of a map may look past the edge
-        params.in_front = front_of(&s->lights[light].source, s->scene_radius, params.front);
+        params.view_projection[14] = 0; // the near plane's distance
     return ng_scene_gpu_seen(frame->scene, &params);
 }
 

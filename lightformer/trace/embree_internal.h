@@ -135,7 +135,8 @@ struct lf_query {
     struct RTCIntersectContext context;
     const struct lf_tracer *tracer;
     enum lf_ray_kind kind;
-    uint32_t passes;   // a place of lights whose emitters are not there; NG_NONE: none
+    // Emitters in its place, and lamps beside it, are not there; or null.
+    const struct ng_snapshot_light *light;
     lf_trace_fn visit; // every meeting is visited, none ends the ray
     void *user;
 };

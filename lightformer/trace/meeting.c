@@ -1,11 +1,17 @@
 // What a ray meets: hits from what Embree tells of them, and which of them a query takes.
 #include "lightformer/trace/embree_internal.h"
 
+static bool is_beside(const struct lf_query *q, const struct lf_trace_slot *s)
+{
+    return s->seen.flags & NG_INSTANCE_LAMP &&
+           ng_lamp_is_beside(&q->tracer->snapshot->instances[s->instance], q->light);
+}
+
 bool lf_accepts(const struct lf_query *q, const struct lf_trace_slot *s, const struct RTCRay *ray,
                 const struct RTCHit *h)
 {
     struct lf_hit hit;
-    if (q->passes != NG_NONE && s->seen.place == q->passes)
+    if (q->light && (s->seen.place == q->light->place || is_beside(q, s)))
         return false;
     if (q->kind == LF_RAY_PAST_LAMPS)
         return !(s->seen.flags & NG_INSTANCE_LAMP);

@@ -38,20 +38,20 @@ static void begin_query(const struct lf_tracer *t, enum lf_ray_kind kind, lf_tra
     rtcInitIntersectContext(&out->context);
     out->tracer = t;
     out->kind = kind;
-    out->passes = NG_NONE;
+    out->light = NULL;
     out->visit = visit;
     out->user = user;
     if (visit || kind == LF_RAY_CAMERA || (kind == LF_RAY_PAST_LAMPS && t->lamps))
         out->context.filter = lf_filter_query;
 }
 
-// Of LF_RAY_ALL. `light`: whose emitter is passed, or NG_NONE.
+// Of LF_RAY_ALL. `light`: whose emitter is passed, and lamps beside it, or NG_NONE.
 static void begin_passing(const struct lf_tracer *t, uint32_t light, struct lf_query *out)
 {
     begin_query(t, LF_RAY_ALL, NULL, NULL, out);
     if (light == NG_NONE)
         return;
-    out->passes = t->snapshot->lights[light].place;
+    out->light = &t->snapshot->lights[light];
     out->context.filter = lf_filter_query;
 }
 

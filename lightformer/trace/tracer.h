@@ -87,7 +87,8 @@ enum lf_ray_kind { LF_RAY_ALL, LF_RAY_CAMERA, LF_RAY_PAST_LAMPS };
 bool lf_trace_closest(const struct lf_tracer *tracer, const struct lf_ray *ray, enum lf_ray_kind kind,
                       struct lf_hit *out);
 bool lf_trace_occluded(const struct lf_tracer *tracer, const struct lf_ray *ray);
-// The same of a ray toward a light: emitters in the place of that light are passed as if they were not there.
+// The same of a ray toward a light: emitters in the place of that light, and lamps beside it
+// (ng_lamp_is_beside), are passed as if they were not there.
 bool lf_trace_shadowed(const struct lf_tracer *tracer, const struct lf_ray *ray, uint32_t light);
 // The same of many rays of LF_RAY_ALL, in any directions: a little faster than one by one. `hits` are set
 // where `met` says so.
@@ -114,7 +115,7 @@ struct lf_packet {
     float origin[3][LF_PACKET], direction[3][LF_PACKET]; // by axis
     float far[LF_PACKET];                                // in; 0: no ray. Out: distance of the hit, if any
     bool met[LF_PACKET];                                 // out
-    uint32_t passes; // a light: emitters in its place are not there for the rays; NG_NONE: none
+    uint32_t passes; // a light: emitters in its place and lamps beside it are not there; NG_NONE: none
 };
 // Closest hits of LF_RAY_ALL. `hits`[LF_PACKET] may be null, where the distances are enough.
 void lf_trace_packet(const struct lf_tracer *tracer, struct lf_packet *packet, struct lf_hit *hits);
