@@ -47,7 +47,7 @@ void ng_gltf_keep_within(struct gltf_loader *l, const char *where, const char *w
                          size_t count)
 {
     for (size_t i = 0; i < count; i++)
-        if (!(fabsf(values[i]) <= NG_TRANSFORM_MAX)) {
+        if (fabsf(values[i]) > NG_TRANSFORM_MAX) {
             ng_gltf_warn(l, &l->warned_range, "%s: %s: %g is beyond %g and is moved there", where, what,
                          (double)values[i], (double)NG_TRANSFORM_MAX);
             values[i] = ng_keep_within(values[i], NG_TRANSFORM_MAX);
@@ -66,16 +66,16 @@ ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what
 }
 
 // Without scenes all nodes that have no parent are the scene (null).
-static ng_result find_scene(const struct gltf_loader *l, const struct gltf_scene **out)
+static ng_result find_scene(struct gltf_loader *l, const struct gltf_scene **out)
 {
     const struct gltf_document *d = l->doc;
-    *out = NULL;
-    if (d->scene_count == 0 && d->scene < 0)
-        return NG_OK;
     int index = d->scene < 0 ? 0 : d->scene;
-    if ((uint32_t)index >= d->scene_count)
-        return ng_gltf_error(l, "scene %d is not one of %u", index, d->scene_count);
-    *out = &d->scenes[index];
+    if (d->scene >= 0 && (uint32_t)d->scene >= d->scene_count) {
+        NG_TRY(ng_gltf_fault(&l->faults, "the first is loaded", "scene %d is not one of %u", index,
+                             d->scene_count));
+        index = 0;
+    }
+    *out = d->scene_count ? &d->scenes[index] : NULL;
     return NG_OK;
 }
 
@@ -91,12 +91,17 @@ static bool allocate_tables(struct gltf_loader *l)
     const struct gltf_document *d = l->doc;
     l->parents = malloc((d->node_count + (size_t)1) * sizeof *l->parents);
     l->order = malloc((d->node_count + (size_t)1) * sizeof *l->order);
+    l->ordered = calloc(d->node_count + (size_t)1, sizeof *l->ordered);
+    l->placed = calloc(d->node_count + (size_t)1, sizeof *l->placed);
+    l->skin_placed = calloc(d->skin_count + (size_t)1, sizeof *l->skin_placed);
     l->nodes = calloc(d->node_count + (size_t)1, sizeof *l->nodes);
     l->materials = calloc(d->material_count + (size_t)1, sizeof *l->materials);
     l->skins = calloc(d->skin_count + (size_t)1, sizeof *l->skins);
     l->joint_of = calloc(d->node_count + (size_t)1, sizeof *l->joint_of);
     l->images = calloc(d->image_count + (size_t)1, sizeof *l->images);
-    return l->parents && l->order && l->nodes && l->materials && l->skins && l->joint_of && l->images;
+    l->image_lost = calloc(d->image_count + (size_t)1, sizeof *l->image_lost);
+    return l->parents && l->order && l->ordered && l->placed && l->skin_placed && l->nodes && l->materials &&
+           l->skins && l->joint_of && l->images && l->image_lost;
 }
 
 static ng_result load(struct gltf_loader *l)
@@ -139,6 +144,9 @@ static void finish(struct gltf_loader *l)
 {
     free(l->parents);
     free(l->order);
+    free(l->ordered);
+    free(l->placed);
+    free(l->skin_placed);
     free(l->nodes);
     free(l->materials);
     free(l->skins);
@@ -146,6 +154,7 @@ static void finish(struct gltf_loader *l)
     free(l->made);
     free(l->first_primitive);
     free(l->images);
+    free(l->image_lost);
     ng_array_finish(&l->shapes);
     ng_array_finish(&l->instances);
     ng_array_finish(&l->clips);

@@ -27,7 +27,7 @@ struct elements {
 };
 
 // Finds `count` elements in a view. stride 0: the elements are tightly packed (sparse parts).
-static ng_result locate(const struct gltf_loader *l, int accessor, int view, size_t offset, size_t count,
+static ng_result locate(struct gltf_loader *l, int accessor, int view, size_t offset, size_t count,
                         bool may_stride, struct elements *e)
 {
     const struct gltf_document *d = l->doc;
@@ -39,23 +39,35 @@ static ng_result locate(const struct gltf_loader *l, int accessor, int view, siz
         return ng_gltf_error(l, "buffer view %d: buffer %d is not one of %u", view, v->buffer,
                              d->buffer_count);
     const struct gltf_buffer *b = &d->buffers[v->buffer];
-    if (!b->data || v->offset > b->size || v->length > b->size - v->offset)
-        return ng_gltf_error(l, "buffer view %d: bytes %zu + %zu run past buffer %d of %zu bytes", view,
-                             v->offset, v->length, v->buffer, b->size);
+    if (!b->data && b->lost)
+        return ng_gltf_follows(&l->faults);
+    if (!b->data)
+        return ng_gltf_error(l, "buffer view %d: buffer %d has no bytes", view, v->buffer);
+    size_t there = v->offset < b->size ? b->size - v->offset : 0, length = v->length;
+    if (length > there) {
+        NG_TRY(ng_gltf_fault(&l->faults, "what lies in the rest is lost",
+                             "buffer view %d: bytes %zu + %zu run past buffer %d of %zu bytes", view,
+                             v->offset, v->length, v->buffer, b->size));
+        length = there;
+    }
     size_t unit = component_size(e->type), size = unit * e->components;
     e->stride = may_stride && v->stride ? v->stride : size;
-    if (e->stride < size || e->stride % unit != 0)
+    if (e->stride < size)
         return ng_gltf_error(l, "buffer view %d: stride %zu does not fit elements of %zu bytes (accessor %d)",
                              view, e->stride, size, accessor);
-    if ((v->offset + offset) % unit != 0)
-        return ng_gltf_error(l, "accessor %d: byte offset %zu is not a multiple of the component size %zu",
-                             accessor, offset, unit);
-    // count and stride are under 2^32 and 2^8, so this cannot overflow.
+    // count and stride are under 2^32, so this cannot overflow.
     size_t span = e->stride * (count - 1) + size;
-    if (offset > v->length || span > v->length - offset)
+    if (offset > length || span > length - offset)
         return ng_gltf_error(l,
                              "accessor %d: %zu elements from byte %zu run past buffer view %d of %zu bytes",
-                             accessor, count, offset, view, v->length);
+                             accessor, count, offset, view, length);
+    // Nothing is read in place, so this costs nothing but the warning.
+    if (e->stride % unit != 0 || (v->offset + offset) % unit != 0)
+        NG_TRY(ng_gltf_fault(
+            &l->faults, "it is read all the same",
+            "accessor %d: byte offset %zu + %zu or stride %zu is not a multiple of the component size "
+            "%zu",
+            accessor, v->offset, offset, e->stride, unit));
     e->data = b->data + v->offset + offset;
     return NG_OK;
 }
@@ -139,16 +151,16 @@ static ng_result convert(const struct gltf_loader *l, int index, const struct el
             out[to * e->components + c].u = (uint32_t)v;
             continue;
         }
-        if (!isfinite(v))
+        if (!isfinite(v) && !(want->types & GLTF_ANY_NUMBER))
             return ng_gltf_error(l, "accessor %d: element %zu is not a finite number (%s)", index, to,
                                  want->what);
+        v = isfinite(v) ? v : NAN;
         out[to * e->components + c].f = (float)v;
     }
     return NG_OK;
 }
 
-static ng_result apply_sparse(const struct gltf_loader *l, int index, const struct gltf_want *want,
-                              union word *out)
+static ng_result apply_sparse(struct gltf_loader *l, int index, const struct gltf_want *want, union word *out)
 {
     const struct gltf_accessor *a = &l->doc->accessors[index];
     int type = a->sparse_index_type;
@@ -165,16 +177,22 @@ static ng_result apply_sparse(const struct gltf_loader *l, int index, const stru
     double previous = -1;
     for (size_t i = 0; i < count; i++) {
         double target = component(&at, i, 0, false);
-        if (target <= previous || target >= (double)a->count)
-            return ng_gltf_error(l, "accessor %d: sparse index %zu is %.0f: not increasing or not below %zu",
-                                 index, i, target, a->count);
+        if (target >= (double)a->count) {
+            NG_TRY(ng_gltf_fault(&l->faults, "it is left out",
+                                 "accessor %d: sparse index %zu is %.0f: not below %zu", index, i, target,
+                                 a->count));
+            continue;
+        }
+        if (target <= previous)
+            NG_TRY(ng_gltf_fault(&l->faults, "it is taken all the same",
+                                 "accessor %d: sparse index %zu is %.0f: not increasing", index, i, target));
         NG_TRY(convert(l, index, &values, i, (size_t)target, want, out));
         previous = target;
     }
     return NG_OK;
 }
 
-static ng_result fill(const struct gltf_loader *l, int index, const struct gltf_want *want, union word *out)
+static ng_result fill(struct gltf_loader *l, int index, const struct gltf_want *want, union word *out)
 {
     const struct gltf_accessor *a = &l->doc->accessors[index];
     if (a->view >= 0) { // else zeros
@@ -197,6 +215,10 @@ ng_result ng_gltf_read(struct gltf_loader *l, int index, const struct gltf_want 
     if (want->count && a->count != want->count)
         return ng_gltf_error(l, "accessor %d: %zu elements where %s needs %u", index, a->count, want->what,
                              want->count);
+    if (a->view < 0 && (a->count > NG_GLTF_MAX_ZEROS || a->count > NG_GLTF_MAX_ZEROS / a->components))
+        return ng_gltf_error(
+            l, "accessor %d: %zu elements without bytes in the file, more than the limit of %d numbers",
+            index, a->count, NG_GLTF_MAX_ZEROS);
     size_t words = a->count * a->components;
     char what[64];
     snprintf(what, sizeof what, "accessor %d: %s", index, want->what);
@@ -215,7 +237,7 @@ ng_result ng_gltf_read(struct gltf_loader *l, int index, const struct gltf_want 
     return NG_OK;
 }
 
-ng_result ng_gltf_view_bytes(const struct gltf_loader *l, int view, const unsigned char **data, size_t *size)
+ng_result ng_gltf_view_bytes(struct gltf_loader *l, int view, const unsigned char **data, size_t *size)
 {
     const struct gltf_document *d = l->doc;
     if (view < 0 || (uint32_t)view >= d->view_count)

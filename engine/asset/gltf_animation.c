@@ -20,30 +20,18 @@ struct source {
     const struct ng_field *field;
 };
 
-static ng_result read_times(struct gltf_loader *l, const char *where, int accessor, struct ng_channel *c)
-{
-    const struct gltf_want want = {"animation times", GLTF_FLOATS, 1u << 1, 0, false};
-    NG_TRY(ng_gltf_read(l, accessor, &want, &c->times, &c->key_count));
-    if (c->times[0] < 0)
-        return ng_gltf_error(l, "%s: accessor %d: the first time %g is negative", where, accessor,
-                             (double)c->times[0]);
-    for (uint32_t i = 1; i < c->key_count; i++)
-        if (!(c->times[i] > c->times[i - 1]))
-            return ng_gltf_error(l, "%s: accessor %d: times are not increasing at key %u", where, accessor,
-                                 i);
-    return NG_OK;
-}
-
-static ng_result read_interpolation(const struct gltf_loader *l, const char *where, const char *name,
+static ng_result read_interpolation(struct gltf_loader *l, const char *where, const char *name,
                                     struct ng_channel *c)
 {
     static const char *const names[] = {"STEP", "LINEAR", "CUBICSPLINE"};
+    c->interpolation = NG_INTERPOLATION_LINEAR;
     for (uint32_t i = 0; i < NG_COUNT(names); i++)
         if (strcmp(name, names[i]) == 0) {
             c->interpolation = (enum ng_interpolation)i;
             return NG_OK;
         }
-    return ng_gltf_error(l, "%s: there is no interpolation \"%.40s\"", where, name);
+    return ng_gltf_fault(&l->faults, "LINEAR is used", "%s: there is no interpolation \"%.40s\"", where,
+                         name);
 }
 
 // A key's value (tangents may be anything finite) is moved to one that the field may hold; quaternions are
@@ -54,14 +42,6 @@ static ng_result check_keys(struct gltf_loader *l, const struct source *s, struc
     for (uint32_t i = 0; i < c->key_count; i++) {
         float *v = c->values + ((size_t)i * parts + parts / 2) * c->width;
         char why[NG_REASON_SIZE];
-        if (c->rotation) {
-            float length = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3]);
-            if (!(length > 1e-6f) || !isfinite(length))
-                return ng_gltf_error(l, "%s: the rotation of key %u has length %g", s->where, i,
-                                     (double)length);
-            for (int k = 0; k < 4; k++)
-                v[k] /= length;
-        }
         if (ng_field_check(s->field, v, why))
             continue;
         if (!ng_field_clamp(s->field, v))
@@ -72,18 +52,26 @@ static ng_result check_keys(struct gltf_loader *l, const struct source *s, struc
     return NG_OK;
 }
 
-static ng_result read_values(struct gltf_loader *l, const struct source *s, int accessor,
-                             struct ng_channel *c)
+static ng_result read_keys(struct gltf_loader *l, const struct source *s, const struct gltf_keys *keys,
+                           struct ng_channel *c)
 {
     uint32_t parts = c->interpolation == NG_INTERPOLATION_CUBIC ? 3 : 1;
     uint32_t count = 0, components = 1;
-    if (accessor >= 0 && (uint32_t)accessor < l->doc->accessor_count)
-        components = l->doc->accessors[accessor].components;
-    const struct gltf_want want = {"animation values", GLTF_QUANTIZED, 1u << 1 | 1u << c->width, 0, false};
-    NG_TRY(ng_gltf_read(l, accessor, &want, &c->values, &count));
-    if ((uint64_t)count * components != (uint64_t)c->key_count * parts * c->width)
-        return ng_gltf_error(l, "%s: accessor %d: %u elements do not fit %u keys of %s", s->where, accessor,
-                             count, c->key_count, s->field->name);
+    const struct gltf_want times = {"animation times", GLTF_FLOATS | GLTF_ANY_NUMBER, 1u << 1, 0, false};
+    NG_TRY(ng_gltf_read(l, keys->input, &times, &c->times, &c->key_count));
+    if (keys->output >= 0 && (uint32_t)keys->output < l->doc->accessor_count)
+        components = l->doc->accessors[keys->output].components;
+    const struct gltf_want values = {"animation values", GLTF_QUANTIZED | GLTF_ANY_NUMBER,
+                                     1u << 1 | 1u << c->width, 0, false};
+    NG_TRY(ng_gltf_read(l, keys->output, &values, &c->values, &count));
+    uint64_t there = (uint64_t)count * components, key_size = (uint64_t)parts * c->width;
+    if (there != c->key_count * key_size) {
+        NG_TRY(ng_gltf_fault(&l->faults, "those that have both are played",
+                             "%s: accessor %d: %u elements do not fit %u keys of %s", s->where, keys->output,
+                             count, c->key_count, s->field->name));
+        c->key_count = (uint32_t)(there / key_size < c->key_count ? there / key_size : c->key_count);
+    }
+    NG_TRY(ng_gltf_repair_keys(l, s->where, c));
     return check_keys(l, s, c);
 }
 
@@ -99,16 +87,23 @@ static ng_result read_channel(struct gltf_loader *l, const struct source *s, str
     c->width = ng_field_floats(s->field->type);
     c->rotation = s->field->type == NG_FIELD_QUAT;
     NG_TRY(read_interpolation(l, s->where, keys->interpolation, c));
-    NG_TRY(read_times(l, s->where, keys->input, c));
-    return read_values(l, s, keys->output, c);
+    return read_keys(l, s, keys, c);
 }
 
-// A place for another channel in the clip, whose arrays the clip owns from now on.
+// Another channel of the clip, for which it has room.
 static ng_result add_channel(struct gltf_loader *l, const struct source *s, struct ng_clip *clip)
 {
-    struct ng_channel *c = &clip->channels[clip->channel_count++];
-    NG_TRY(read_channel(l, s, c));
-    clip->duration = fmaxf(clip->duration, c->times[c->key_count - 1]);
+    struct ng_channel c = {0};
+    struct gltf_part part;
+    ng_gltf_part_begin(&part, "the channel is left out");
+    ng_result r = ng_gltf_part_end(&l->faults, &part, read_channel(l, s, &c));
+    if (r != NG_OK || part.lost) {
+        free(c.times);
+        free(c.values);
+        return r;
+    }
+    clip->channels[clip->channel_count++] = c;
+    clip->duration = fmaxf(clip->duration, c.times[c.key_count - 1]);
     return NG_OK;
 }
 
@@ -120,24 +115,33 @@ static ng_result find_target(const struct gltf_loader *l, const char *where, int
     return NG_OK;
 }
 
+// A channel without a node is ignored (glTF 2.0, 5.2.1), unless an extension says what it drives.
+static ng_result standard_channel(struct gltf_loader *l, const char *where, const struct gltf_animation *a,
+                                  const struct gltf_channel *channel, struct ng_clip *clip)
+{
+    struct source s = {where, a, channel->sampler, {0}, NG_TRANSFORM, NULL};
+    if (channel->node == -1)
+        return NG_OK;
+    NG_TRY(find_target(l, where, channel->node, &s.target));
+    if (strcmp(channel->path, "weights") == 0) {
+        ng_gltf_warn(l, &l->warned_weights, "%s: morph weights are ignored", where);
+        return NG_OK;
+    }
+    s.field = ng_component_field(&ng_transform_component, channel->path);
+    if (!s.field)
+        return ng_gltf_error(l, "%s: there is no path \"%.40s\"", where, channel->path);
+    return ng_entity_is_null(s.target) ? NG_OK : add_channel(l, &s, clip); // null: a node of another scene
+}
+
 static ng_result standard_channels(struct gltf_loader *l, uint32_t index, const struct gltf_animation *a,
                                    struct ng_clip *clip)
 {
     for (uint32_t i = 0; i < a->channel_count; i++) {
-        const struct gltf_channel *channel = &a->channels[i];
+        struct gltf_part part;
         char where[64];
         snprintf(where, sizeof where, "animation %u, channel %u", index, i);
-        struct source s = {where, a, channel->sampler, {0}, NG_TRANSFORM, NULL};
-        NG_TRY(find_target(l, where, channel->node, &s.target));
-        if (strcmp(channel->path, "weights") == 0) {
-            ng_gltf_warn(l, &l->warned_weights, "%s: morph weights are ignored", where);
-            continue;
-        }
-        s.field = ng_component_field(&ng_transform_component, channel->path);
-        if (!s.field)
-            return ng_gltf_error(l, "%s: there is no path \"%.40s\"", where, channel->path);
-        if (!ng_entity_is_null(s.target)) // else a node of another scene
-            NG_TRY(add_channel(l, &s, clip));
+        ng_gltf_part_begin(&part, "the channel is left out");
+        NG_TRY(ng_gltf_part_end(&l->faults, &part, standard_channel(l, where, a, &a->channels[i], clip)));
     }
     return NG_OK;
 }
@@ -185,19 +189,26 @@ static ng_result find_field(const struct gltf_loader *l, const struct gltf_value
     return NG_OK;
 }
 
+static ng_result extension_channel(struct gltf_loader *l, const char *where, const struct gltf_animation *a,
+                                   const struct gltf_value *v, struct ng_clip *clip)
+{
+    struct source s = {where, a, -1, {0}, 0, NULL};
+    NG_TRY(ng_gltf_index_member(l, v, where, "sampler", -1, &s.sampler));
+    NG_TRY(find_owner(l, v, where, &s.target));
+    NG_TRY(find_field(l, v, &s));
+    return ng_entity_is_null(s.target) ? NG_OK : add_channel(l, &s, clip);
+}
+
 static ng_result extension_channels(struct gltf_loader *l, uint32_t index, const struct gltf_animation *a,
                                     const struct gltf_value *channels, struct ng_clip *clip)
 {
     for (uint32_t i = 0; i < channels->count; i++) {
-        const struct gltf_value *v = &channels->items[i];
+        struct gltf_part part;
         char where[64];
         snprintf(where, sizeof where, "animation %u, NG_scene channel %u", index, i);
-        struct source s = {where, a, -1, {0}, 0, NULL};
-        NG_TRY(ng_gltf_index_member(l, v, where, "sampler", -1, &s.sampler));
-        NG_TRY(find_owner(l, v, where, &s.target));
-        NG_TRY(find_field(l, v, &s));
-        if (!ng_entity_is_null(s.target))
-            NG_TRY(add_channel(l, &s, clip));
+        ng_gltf_part_begin(&part, "the channel is left out");
+        NG_TRY(
+            ng_gltf_part_end(&l->faults, &part, extension_channel(l, where, a, &channels->items[i], clip)));
     }
     return NG_OK;
 }
@@ -206,8 +217,11 @@ static ng_result make_clip(struct gltf_loader *l, uint32_t index, const struct g
                            struct ng_clip *clip)
 {
     const struct gltf_value *extra = ng_gltf_member(a->extension, "channels");
-    if (extra && extra->kind != GLTF_ARRAY)
-        return ng_gltf_error(l, "animation %u: NG_scene: channels is not an array", index);
+    if (extra && extra->kind != GLTF_ARRAY) {
+        NG_TRY(ng_gltf_fault(&l->faults, "it is ignored", "animation %u: NG_scene: channels is not an array",
+                             index));
+        extra = NULL;
+    }
     size_t count = (size_t)a->channel_count + (extra ? extra->count : 0);
     NG_TRY(ng_gltf_budget(l, count * sizeof *clip->channels, "an animation"));
     clip->channels = calloc(count + 1, sizeof *clip->channels);

@@ -222,7 +222,7 @@ static ng_result read_buffer(struct reader *r, uint32_t index, const struct gltf
     if (uri)
         return read_uri(r, what, uri, out);
     if (index == 0 && r->container->bytes)
-        *out = (struct gltf_buffer){r->container->bytes, r->container->byte_count};
+        *out = (struct gltf_buffer){r->container->bytes, r->container->byte_count, false};
     return NG_OK;
 }
 
@@ -250,6 +250,7 @@ ng_result ng_gltf_buffers(struct gltf_faults *faults, const struct ng_gltf_param
         struct gltf_part part;
         ng_gltf_part_begin(&part, "what lies in it is lost");
         NG_TRY(ng_gltf_part_end(faults, &part, read_buffer(&r, i, &list->items[i], &buffers[i])));
+        buffers[i].lost = part.lost;
         NG_TRY(check_length(&r, i, &list->items[i], &buffers[i]));
     }
     doc->buffers = buffers;

@@ -24,17 +24,31 @@ ng_result ng_gltf_index_member(const struct gltf_loader *l, const struct gltf_va
     return NG_OK;
 }
 
+// Puts a field within its range, or to its default where that cannot be told.
+static ng_result fit_field(struct gltf_loader *l, const char *where, const struct ng_component_desc *desc,
+                           const struct ng_field *f, void *value)
+{
+    char why[NG_REASON_SIZE];
+    void *field = (char *)value + f->offset;
+    if (ng_field_check(f, field, why))
+        return NG_OK;
+    if (f->type != NG_FIELD_QUAT && ng_field_clamp(f, field))
+        return ng_gltf_fault(&l->faults, "it is moved there", "%s: %s.%s: %s", where, desc->name, f->name,
+                             why);
+    NG_REQUIRE(desc->defaults, "%s.%s: %s, and it has no default", desc->name, f->name, why);
+    memcpy(field, (const char *)desc->defaults + f->offset, ng_field_size(f->type));
+    return ng_gltf_fault(&l->faults, "the default is used", "%s: %s.%s: %s", where, desc->name, f->name, why);
+}
+
 ng_result ng_gltf_add(struct gltf_loader *l, ng_entity e, const char *where, ng_component component,
-                      const void *value)
+                      const void *given)
 {
     const struct ng_component_desc *desc = ng_world_component(l->world, component);
-    NG_REQUIRE(desc, "the world must have the engine's components");
-    for (uint32_t i = 0; i < desc->field_count; i++) {
-        char why[NG_REASON_SIZE];
-        const struct ng_field *f = &desc->fields[i];
-        if (!ng_field_check(f, (const char *)value + f->offset, why))
-            return ng_gltf_error(l, "%s: %s.%s: %s", where, desc->name, f->name, why);
-    }
+    _Alignas(16) char value[MAX_COMPONENT_SIZE];
+    NG_REQUIRE(desc && desc->size <= sizeof value, "the world must have the engine's components");
+    memcpy(value, given, desc->size);
+    for (uint32_t i = 0; i < desc->field_count; i++)
+        NG_TRY(fit_field(l, where, desc, &desc->fields[i], value));
     return ng_world_add(l->world, e, component, value);
 }
 
@@ -85,10 +99,12 @@ static ng_result wrong(const struct gltf_loader *l, const struct place *p, const
 }
 
 static ng_result read_floats(const struct gltf_loader *l, const struct place *p, const struct gltf_value *v,
-                             float *out)
+                             void *field)
 {
+    float out[16];
     uint32_t n = ng_field_size(p->field->type) / (uint32_t)sizeof(float);
     const struct gltf_value *items = n == 1 ? v : v->items;
+    NG_REQUIRE(n <= 16, "a field has at most 16 floats");
     if (n > 1 && (v->kind != GLTF_ARRAY || v->count != n))
         return wrong(l, p, "an array of as many numbers as the field has");
     for (uint32_t i = 0; i < n; i++) {
@@ -105,6 +121,7 @@ static ng_result read_floats(const struct gltf_loader *l, const struct place *p,
         for (int i = 0; i < 4; i++)
             out[i] /= length;
     }
+    memcpy(field, out, n * sizeof *out);
     return NG_OK;
 }
 
@@ -210,6 +227,14 @@ static ng_result read_field(struct gltf_loader *l, const struct place *p, ng_com
     }
 }
 
+static ng_result read_member(struct gltf_loader *l, const struct place *p, ng_component component,
+                             const struct gltf_value *v, char *value)
+{
+    if (!p->field)
+        return ng_gltf_error(l, "%s: NG_scene: %s has no field \"%.64s\"", p->where, p->desc->name, v->key);
+    return read_field(l, p, component, v, value + p->field->offset);
+}
+
 static ng_result read_component(struct gltf_loader *l, ng_entity e, const char *where,
                                 const struct gltf_value *v)
 {
@@ -229,12 +254,25 @@ static ng_result read_component(struct gltf_loader *l, ng_entity e, const char *
         memcpy(value, start ? start : desc->defaults, desc->size);
     for (uint32_t i = 0; i < v->count; i++) {
         struct place place = {where, desc, ng_component_field(desc, v->items[i].key)};
-        if (!place.field)
-            return ng_gltf_error(l, "%s: NG_scene: %s has no field \"%.64s\"", where, desc->name,
-                                 v->items[i].key);
-        NG_TRY(read_field(l, &place, id, &v->items[i], value + place.field->offset));
+        struct gltf_part part;
+        ng_gltf_part_begin(&part, "the field stays as it was");
+        ng_result r = read_member(l, &place, id, &v->items[i], value);
+        NG_TRY(ng_gltf_part_end(&l->faults, &part, r));
     }
     return ng_gltf_add(l, e, where, id, value);
+}
+
+static ng_result read_components(struct gltf_loader *l, ng_entity e, const char *where,
+                                 const struct gltf_value *components)
+{
+    if (components->kind != GLTF_OBJECT)
+        return ng_gltf_fault(&l->faults, "it is ignored", "%s: NG_scene: components is not an object", where);
+    for (uint32_t i = 0; i < components->count; i++) {
+        struct gltf_part part;
+        ng_gltf_part_begin(&part, "the component is left out");
+        NG_TRY(ng_gltf_part_end(&l->faults, &part, read_component(l, e, where, &components->items[i])));
+    }
+    return NG_OK;
 }
 
 ng_result ng_gltf_components(struct gltf_loader *l, ng_entity e, const char *where,
@@ -246,12 +284,11 @@ ng_result ng_gltf_components(struct gltf_loader *l, ng_entity e, const char *whe
         const struct gltf_value *member = &extension->items[i];
         if (special && strcmp(member->key, special) == 0)
             continue;
-        if (strcmp(member->key, "components") != 0)
-            return ng_gltf_error(l, "%s: NG_scene: unknown member \"%.64s\"", where, member->key);
-        if (member->kind != GLTF_OBJECT)
-            return ng_gltf_error(l, "%s: NG_scene: components is not an object", where);
-        for (uint32_t k = 0; k < member->count; k++)
-            NG_TRY(read_component(l, e, where, &member->items[k]));
+        if (strcmp(member->key, "components") == 0)
+            NG_TRY(read_components(l, e, where, member));
+        else
+            NG_TRY(ng_gltf_fault(&l->faults, "it is ignored", "%s: NG_scene: unknown member \"%.64s\"", where,
+                                 member->key));
     }
     return NG_OK;
 }

@@ -51,6 +51,12 @@ ng_result ng_gltf_fault_of_kind(struct gltf_faults *f, const void *kind, const c
     return r;
 }
 
+ng_result ng_gltf_follows(struct gltf_faults *f)
+{
+    f->followed = true;
+    return NG_ERROR_FORMAT;
+}
+
 void ng_gltf_part_begin(struct gltf_part *part, const char *instead)
 {
     *part = (struct gltf_part){.instead = instead};
@@ -60,6 +66,11 @@ void ng_gltf_part_begin(struct gltf_part *part, const char *instead)
 ng_result ng_gltf_part_end(struct gltf_faults *f, struct gltf_part *part, ng_result r)
 {
     ng_log_catch_end(&part->caught);
+    if (r == NG_ERROR_FORMAT && f->followed) {
+        f->followed = false;
+        part->lost = true;
+        return NG_OK;
+    }
     if (r == NG_OK || !part->caught.kind) // what a part within has met is in the list
         return r;
     if (r == NG_ERROR_MEMORY || r == NG_ERROR_USAGE) {

@@ -25,7 +25,8 @@ struct gltf_fault {
 };
 struct gltf_faults {
     const char *path;
-    bool strict; // a fault fails the load
+    bool strict;   // a fault fails the load
+    bool followed; // from a fault that is in the list, the part that is open cannot be made
     NG_ARRAY(struct gltf_fault) list;
 };
 
@@ -46,6 +47,9 @@ struct gltf_part {
 };
 void ng_gltf_part_begin(struct gltf_part *part, const char *instead);
 NG_NODISCARD ng_result ng_gltf_part_end(struct gltf_faults *f, struct gltf_part *part, ng_result r);
+
+// Fails the innermost part without another fault: what is wrong is in the list. Of a load that is not strict.
+NG_NODISCARD ng_result ng_gltf_follows(struct gltf_faults *f);
 
 // One warning for each kind, or the error of a strict load.
 void ng_gltf_faults_say(const struct gltf_faults *f);
@@ -73,8 +77,9 @@ struct gltf_numbers {
 
 // Everywhere: `extension` is NG_scene, `extensions` the object of all; null if there is none.
 struct gltf_buffer {
-    const unsigned char *data;
+    const unsigned char *data; // null: none
     size_t size;
+    bool lost; // it could not be read
 };
 
 struct gltf_view {

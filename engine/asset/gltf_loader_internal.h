@@ -14,9 +14,10 @@
 struct gltf_shape {
     uint64_t key; // hash of everything that the geometry is made from
     ng_asset geometry;
-    ng_asset cage;        // null: it has none, or it was refused
-    bool has_cage;        // refused or not
-    uint32_t joint_limit; // largest joint index used, plus 1; 0: not skinned
+    ng_asset cage;                     // null: it has none, or it was refused
+    bool has_cage;                     // refused or not
+    uint32_t joint_limit;              // largest joint index used, plus 1; 0: not skinned; or
+#define NG_GLTF_JOINTS_LOST UINT32_MAX // what skins it is wrong
 };
 
 struct gltf_instance {
@@ -25,6 +26,14 @@ struct gltf_instance {
     struct ng_transform place; // of a copy, below the node
     ng_entity entity;
     struct gltf_shape shape;
+};
+
+// How a node is in the scene.
+enum gltf_place {
+    GLTF_OUT,
+    GLTF_SEEN,  // no, and it was looked at
+    GLTF_ABOVE, // with its transform alone, for what is below it or for a skin
+    GLTF_IN
 };
 
 struct gltf_loader {
@@ -40,13 +49,18 @@ struct gltf_loader {
     uint32_t *parents; // [node_count], NG_GLTF_NO_NODE for roots
     uint32_t *order;   // nodes of the scene, parents first
     uint32_t order_count;
+    bool *ordered;                      // [node_count]: is in the order
+    unsigned char *placed;              // [node_count], enum gltf_place
+    bool *skin_placed;                  // [skin_count]: its joints are in the order
     ng_entity *nodes;                   // [node_count], null: not in the scene
     ng_entity *materials;               // [material_count]
     ng_asset *skins;                    // [skin_count]
     uint32_t *joint_of;                 // [node_count]: 1 + the last skin that listed it
     ng_asset (*images)[8];              // [image_count] by srgb, repeat_u, repeat_v
+    bool *image_lost;                   // [image_count]: could not be read
     NG_ARRAY(struct gltf_shape) shapes; // hash table, a power of two; geometry 0: free
     struct gltf_shape **made;  // [primitives of all meshes]: what became of each; null: not asked for
+    struct gltf_shape nothing; // what became of one that was lost
     uint32_t *first_primitive; // [mesh_count]: of a mesh in `made`
     NG_ARRAY(struct gltf_instance) instances;
     NG_ARRAY(struct ng_clip_player) clips; // in the order of the file
@@ -56,7 +70,8 @@ struct gltf_loader {
 };
 
 #define NG_GLTF_NO_NODE   UINT32_MAX
-#define NG_GLTF_MAX_DEPTH 1024 // of the node hierarchy
+#define NG_GLTF_MAX_DEPTH 1024      // of the node hierarchy
+#define NG_GLTF_MAX_ZEROS (4 << 20) // numbers of an accessor that has no bytes in the file
 
 // ---- messages: "PATH: message"; each gives the result to return ------------------------------------------
 void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRINTF(2, 3);
@@ -64,7 +79,7 @@ void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRI
 #define ng_gltf_unsupported(...) (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_UNSUPPORTED)
 // Warns once a load for each flag.
 void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ...) NG_PRINTF(3, 4);
-// Moves numbers to -NG_TRANSFORM_MAX .. NG_TRANSFORM_MAX, with one warning a file.
+// Moves numbers to -NG_TRANSFORM_MAX .. NG_TRANSFORM_MAX, with one warning a file; NaN stays.
 void ng_gltf_keep_within(struct gltf_loader *l, const char *where, const char *what, float *values,
                          size_t count);
 // Counts bytes that are about to be allocated against the limit.
@@ -76,6 +91,7 @@ enum {
     GLTF_FLOATS = GLTF_TYPE(GLTF_F32),
     GLTF_UNSIGNED = GLTF_TYPE(GLTF_U8) | GLTF_TYPE(GLTF_U16) | GLTF_TYPE(GLTF_U32),
     GLTF_SMALL_UNSIGNED = GLTF_TYPE(GLTF_U8) | GLTF_TYPE(GLTF_U16),
+    GLTF_ANY_NUMBER = 1u << 30, // what is not finite comes as NaN; else it is an error
     GLTF_QUANTIZED = GLTF_FLOATS | GLTF_SMALL_UNSIGNED | GLTF_TYPE(GLTF_I8) | GLTF_TYPE(GLTF_I16),
 };
 
@@ -84,21 +100,21 @@ struct gltf_want {
     uint32_t types;   // set of GLTF_TYPE
     uint32_t shapes;  // set of 1 << components
     uint32_t count;   // elements it must have; 0: any, at least 1
-    bool integers;    // out is uint32_t, else float (all finite)
+    bool integers;    // out is uint32_t, else float (all finite, unless GLTF_ANY_NUMBER is in the types)
 };
 
 // Decodes an accessor into `*out` (float ** or uint32_t **, from malloc), [count][components].
 NG_NODISCARD ng_result ng_gltf_read(struct gltf_loader *l, int accessor, const struct gltf_want *want,
                                     void *out, uint32_t *count);
 // The bytes of a buffer view, borrowed.
-NG_NODISCARD ng_result ng_gltf_view_bytes(const struct gltf_loader *l, int view, const unsigned char **data,
+NG_NODISCARD ng_result ng_gltf_view_bytes(struct gltf_loader *l, int view, const unsigned char **data,
                                           size_t *size);
 
 // ---- gltf_extension.c ------------------------------------------------------------------------------------
 // A member that is a whole number; `missing` where there is none.
 NG_NODISCARD ng_result ng_gltf_index_member(const struct gltf_loader *l, const struct gltf_value *object,
                                             const char *where, const char *key, int missing, int *out);
-// Gives an entity a component after checking every field against its table.
+// Gives an entity a component, of which every field is moved within the range that its table has.
 NG_NODISCARD ng_result ng_gltf_add(struct gltf_loader *l, ng_entity e, const char *where,
                                    ng_component component, const void *value);
 // A new entity with a name ("FALLBACK INDEX" if the file has none) below `parent`.
@@ -124,6 +140,14 @@ NG_NODISCARD ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint3
 // vertices are split. The caller finishes `out`, also on failure.
 NG_NODISCARD ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gltf_value *cage,
                                     const struct ng_geometry *g, struct ng_cage *out);
+
+// ---- gltf_repair.c ---------------------------------------------------------------------------------------
+// What vertices have after reading: triangles without a place are left out, normals and tangents made unit
+// vectors and computed where they are none. Indices may be out of range; all numbers may be NaN.
+NG_NODISCARD ng_result ng_gltf_repair_geometry(struct gltf_loader *l, const char *where,
+                                               struct ng_geometry *g);
+// Makes times increase, and values finite; rotations of unit length.
+NG_NODISCARD ng_result ng_gltf_repair_keys(struct gltf_loader *l, const char *where, struct ng_channel *c);
 
 // ---- gltf_skin.c, gltf_animation.c -----------------------------------------------------------------------
 // The skeleton of a skin, made when it is first asked for; its joints must be nodes of the scene.

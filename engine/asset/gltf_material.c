@@ -6,6 +6,7 @@
 #include "components/components.h"
 #include "components/material.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -70,6 +71,8 @@ static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_pa
     const unsigned char *data = NULL;
     unsigned char *own = NULL;
     size_t size = 0;
+    if (!image->uri[0] && image->view == -1)
+        return ng_gltf_error(l, "%s: has neither a uri nor a buffer view", where);
     if (image->uri[0])
         NG_TRY(ng_gltf_data_uri(&l->faults, where, image->uri, l->limits.max_file_size, &own, &size));
     else
@@ -83,7 +86,8 @@ static ng_result wrap_mode(struct gltf_loader *l, int sampler, const char *axis,
 {
     enum { CLAMP = 33071, MIRRORED = 33648, REPEAT = 10497 };
     if (mode != CLAMP && mode != MIRRORED && mode != REPEAT)
-        return ng_gltf_error(l, "sampler %d: %s has no mode %d", sampler, axis, mode);
+        NG_TRY(ng_gltf_fault(&l->faults, "REPEAT is used", "sampler %d: %s has no mode %d", sampler, axis,
+                             mode));
     if (mode == MIRRORED)
         ng_gltf_warn(l, &l->warned_mirror, "sampler %d: MIRRORED_REPEAT is treated as REPEAT", sampler);
     *repeat = mode != CLAMP;
@@ -97,20 +101,25 @@ ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture,
     if (texture < 0 || (uint32_t)texture >= d->texture_count)
         return ng_gltf_error(l, "%s: texture %d is not one of %u", where, texture, d->texture_count);
     const struct gltf_texture *t = &d->textures[texture];
+    if (t->image == -1) // an extension may have one (glTF 2.0, 5.29.2); its like is no error
+        return NG_OK;
     if (t->image < 0 || (uint32_t)t->image >= d->image_count)
         return ng_gltf_error(l, "texture %d: image %d is not one of %u", texture, t->image, d->image_count);
     struct ng_image_params params = {.srgb = srgb, .repeat_u = true, .repeat_v = true};
-    if (t->sampler >= 0) {
-        if ((uint32_t)t->sampler >= d->sampler_count)
-            return ng_gltf_error(l, "texture %d: sampler %d is not one of %u", texture, t->sampler,
-                                 d->sampler_count);
+    if (t->sampler >= 0 && (uint32_t)t->sampler >= d->sampler_count) {
+        NG_TRY(ng_gltf_fault(&l->faults, "the default is used", "texture %d: sampler %d is not one of %u",
+                             texture, t->sampler, d->sampler_count));
+    } else if (t->sampler >= 0) {
         const struct gltf_sampler *s = &d->samplers[t->sampler];
         NG_TRY(wrap_mode(l, t->sampler, "wrapS", s->wrap_s, &params.repeat_u));
         NG_TRY(wrap_mode(l, t->sampler, "wrapT", s->wrap_t, &params.repeat_v));
     }
     ng_asset *cached = &l->images[t->image][srgb * 4 + params.repeat_u * 2 + params.repeat_v];
-    if (!cached->id)
-        NG_TRY(load_image(l, t->image, &params, cached));
+    struct gltf_part part;
+    ng_gltf_part_begin(&part, "the scene is drawn without it");
+    ng_result r = cached->id || l->image_lost[t->image] ? NG_OK : load_image(l, t->image, &params, cached);
+    NG_TRY(ng_gltf_part_end(&l->faults, &part, r));
+    l->image_lost[t->image] |= part.lost;
     *out = *cached;
     return NG_OK;
 }
@@ -131,7 +140,9 @@ static ng_result use_texture(struct gltf_loader *l, const char *where, const str
         ng_gltf_warn(l, &l->warned_uv, "%s: a texture uses TEXCOORD_%d; TEXCOORD_0 is used instead", where,
                      use->uv_set);
     *uv_set = use->uv_set == 1;
-    return ng_gltf_texture(l, where, use->texture, srgb, out);
+    struct gltf_part part;
+    ng_gltf_part_begin(&part, "the scene is drawn without it");
+    return ng_gltf_part_end(&l->faults, &part, ng_gltf_texture(l, where, use->texture, srgb, out));
 }
 
 static void copy3(float out[3], const double *in)
@@ -144,11 +155,28 @@ static ng_result alpha_mode(struct gltf_loader *l, const char *where, const char
 {
     bool blend = strcmp(mode, "BLEND") == 0;
     if (!blend && strcmp(mode, "MASK") != 0 && strcmp(mode, "OPAQUE") != 0)
-        return ng_gltf_error(l, "%s: alphaMode \"%.40s\" is not OPAQUE, MASK or BLEND", where, mode);
+        return ng_gltf_fault(&l->faults, "OPAQUE is used",
+                             "%s: alphaMode \"%.40s\" is not OPAQUE, MASK or BLEND", where, mode);
     if (blend)
         ng_gltf_warn(l, &l->warned_blend, "%s: alpha mode BLEND is treated as MASK", where);
     *mask = strcmp(mode, "OPAQUE") != 0;
     return NG_OK;
+}
+
+// Before KHR_materials_emissive_strength exporters wrote factors above 1.
+static ng_result emission(struct gltf_loader *l, const char *where, const struct gltf_material *m,
+                          struct ng_material *out)
+{
+    copy3(out->emissive, m->emissive.items);
+    out->emissive_strength = (float)m->emissive_strength;
+    float most = fmaxf(fmaxf(out->emissive[0], out->emissive[1]), out->emissive[2]);
+    if (!(most > 1) || !isfinite(most))
+        return NG_OK;
+    for (int i = 0; i < 3; i++)
+        out->emissive[i] /= most;
+    out->emissive_strength *= most;
+    return ng_gltf_fault(&l->faults, "it counts as strength", "%s: emissiveFactor has %g, more than 1", where,
+                         (double)most);
 }
 
 static ng_result make_material(struct gltf_loader *l, const char *where, const struct gltf_material *m,
@@ -157,13 +185,12 @@ static ng_result make_material(struct gltf_loader *l, const char *where, const s
     struct ng_material out;
     memcpy(&out, ng_material_component.defaults, sizeof out);
     copy3(out.base_color, m->base_color.items);
-    copy3(out.emissive, m->emissive.items);
+    NG_TRY(emission(l, where, m, &out));
     out.alpha = (float)m->base_color.items[3];
     out.metallic = (float)m->metallic;
     out.roughness = (float)m->roughness;
     out.alpha_cutoff = (float)m->alpha_cutoff;
     out.normal_scale = (float)m->normal_scale;
-    out.emissive_strength = (float)m->emissive_strength;
     out.double_sided = m->double_sided;
     NG_TRY(alpha_mode(l, where, m->alpha_mode, &out.alpha_mask));
     NG_TRY(

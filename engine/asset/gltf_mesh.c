@@ -32,15 +32,13 @@ static ng_result read_attribute(struct gltf_loader *l, const struct gltf_primiti
     return has_attribute(p, want->what) ? ng_gltf_read(l, attribute(p, want->what), want, out, NULL) : NG_OK;
 }
 
-static void normalize3(float *v)
+// An attribute that a primitive can do without; null where it is wrong.
+static ng_result try_attribute(struct gltf_loader *l, const struct gltf_primitive *p, const char *instead,
+                               const struct gltf_want *want, float **out)
 {
-    float length = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    if (!(length > 1e-20f) || !isfinite(length)) {
-        v[0] = 0, v[1] = 1, v[2] = 0;
-        return;
-    }
-    for (int i = 0; i < 3; i++)
-        v[i] /= length;
+    struct gltf_part part;
+    ng_gltf_part_begin(&part, instead);
+    return ng_gltf_part_end(&l->faults, &part, read_attribute(l, p, want, out));
 }
 
 // COLOR_0, of three or four numbers from 0 to 1, as 16-bit fractions.
@@ -67,23 +65,21 @@ static ng_result read_colors(struct gltf_loader *l, const struct gltf_primitive 
 static ng_result read_surface(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                               struct ng_geometry *g)
 {
-    NG_TRY(ng_gltf_read(l, attribute(p, "POSITION"),
-                        &(struct gltf_want){"POSITION", GLTF_QUANTIZED, 1u << 3, 0, 0}, &g->positions,
-                        &g->vertex_count));
+    const struct gltf_want position = {"POSITION", GLTF_QUANTIZED | GLTF_ANY_NUMBER, 1u << 3, 0, false};
+    NG_TRY(ng_gltf_read(l, attribute(p, "POSITION"), &position, &g->positions, &g->vertex_count));
     uint32_t n = g->vertex_count;
     ng_gltf_keep_within(l, where, "POSITION", g->positions, (size_t)n * 3);
-    NG_TRY(read_attribute(l, p, &(struct gltf_want){"NORMAL", GLTF_QUANTIZED, 1u << 3, n, 0}, &g->normals));
-    NG_TRY(read_attribute(l, p, &(struct gltf_want){"TANGENT", GLTF_QUANTIZED, 1u << 4, n, 0}, &g->tangents));
-    NG_TRY(read_attribute(l, p, &(struct gltf_want){"TEXCOORD_0", GLTF_QUANTIZED, 1u << 2, n, 0}, &g->uvs));
-    NG_TRY(read_attribute(l, p, &(struct gltf_want){"TEXCOORD_1", GLTF_QUANTIZED, 1u << 2, n, 0}, &g->uvs1));
-    NG_TRY(read_colors(l, p, where, g));
-    for (size_t i = 0; g->normals && i < n; i++)
-        normalize3(g->normals + i * 3);
-    for (size_t i = 0; g->tangents && i < n; i++) {
-        normalize3(g->tangents + i * 4);
-        g->tangents[i * 4 + 3] = g->tangents[i * 4 + 3] < 0 ? -1.0f : 1.0f;
-    }
-    return NG_OK;
+    const struct gltf_want normal = {"NORMAL", GLTF_QUANTIZED | GLTF_ANY_NUMBER, 1u << 3, n, false};
+    const struct gltf_want tangent = {"TANGENT", GLTF_QUANTIZED | GLTF_ANY_NUMBER, 1u << 4, n, false};
+    const struct gltf_want uv = {"TEXCOORD_0", GLTF_QUANTIZED | GLTF_ANY_NUMBER, 1u << 2, n, false};
+    const struct gltf_want uv1 = {"TEXCOORD_1", GLTF_QUANTIZED | GLTF_ANY_NUMBER, 1u << 2, n, false};
+    NG_TRY(try_attribute(l, p, "normals are computed", &normal, &g->normals));
+    NG_TRY(try_attribute(l, p, "tangents are computed", &tangent, &g->tangents));
+    NG_TRY(try_attribute(l, p, "its textures are not seen", &uv, &g->uvs));
+    NG_TRY(try_attribute(l, p, "its textures are not seen", &uv1, &g->uvs1));
+    struct gltf_part part;
+    ng_gltf_part_begin(&part, "its colours are not seen");
+    return ng_gltf_part_end(&l->faults, &part, read_colors(l, p, where, g));
 }
 
 // One set of four influences a vertex.
@@ -102,13 +98,17 @@ static ng_result read_influences(struct gltf_loader *l, const struct gltf_primit
         return NG_OK;
     if (!has_attribute(p, joints) || !has_attribute(p, weights))
         return ng_gltf_error(l, "%s: %s and %s must come together", where, joints, weights);
-    const struct gltf_want want_weights = {weights, GLTF_FLOATS | GLTF_SMALL_UNSIGNED, 1u << 4, n, false},
+    const struct gltf_want want_weights = {weights, GLTF_FLOATS | GLTF_SMALL_UNSIGNED | GLTF_ANY_NUMBER,
+                                           1u << 4, n, false},
                            want_joints = {joints, GLTF_SMALL_UNSIGNED, 1u << 4, n, true};
     NG_TRY(ng_gltf_read(l, attribute(p, weights), &want_weights, &out->weights, NULL));
     NG_TRY(ng_gltf_read(l, attribute(p, joints), &want_joints, &out->joints, NULL));
     for (size_t i = 0; i < n * (size_t)4; i++)
-        if (out->weights[i] < 0)
-            return ng_gltf_error(l, "%s: %s of vertex %zu is negative", where, weights, i / 4);
+        if (!(out->weights[i] >= 0)) {
+            NG_TRY(ng_gltf_fault(&l->faults, "it is 0", "%s: %s of vertex %zu: %g is negative or no number",
+                                 where, weights, i / 4, (double)out->weights[i]));
+            out->weights[i] = 0;
+        }
     return NG_OK;
 }
 
@@ -147,9 +147,11 @@ static ng_result take_influences(struct gltf_loader *l, const char *where, const
     if (!g->joints)
         return ng_out_of_memory(l->path);
     for (size_t i = 0; i < g->vertex_count; i++) {
-        float *w = in->weights + i * 4, sum = w[0] + w[1] + w[2] + w[3];
-        if (!isfinite(sum))
-            return ng_gltf_error(l, "%s: the sum of WEIGHTS_0 of vertex %zu is not finite", where, i);
+        float *w = in->weights + i * 4, sum = 0;
+        for (size_t k = 0; k < 4; k++) {
+            w[k] = fminf(w[k], 1e30f); // so that their sum is finite
+            sum += w[k];
+        }
         for (size_t k = 0; k < 4; k++) {
             w[k] = sum > 0 ? w[k] / sum : (k == 0 ? 1.0f : 0.0f);
             g->joints[i * 4 + k] = w[k] > 0 ? (uint16_t)in->joints[i * 4 + k] : 0;
@@ -180,22 +182,31 @@ static ng_result read_skinning(struct gltf_loader *l, const struct gltf_primitiv
     return r;
 }
 
+// Without joints that can be used it stands unskinned.
+static ng_result try_skinning(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                              struct ng_geometry *g, uint32_t *joint_limit)
+{
+    struct gltf_part part;
+    ng_gltf_part_begin(&part, "it is not skinned");
+    NG_TRY(ng_gltf_part_end(&l->faults, &part, read_skinning(l, p, where, g, joint_limit)));
+    if (!part.lost)
+        return NG_OK;
+    free(g->weights);
+    free(g->joints);
+    g->weights = NULL;
+    g->joints = NULL;
+    *joint_limit = NG_GLTF_JOINTS_LOST;
+    return NG_OK;
+}
+
 // The vertices in drawing order: the index accessor, or 0, 1, 2, ...
 static ng_result read_order(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                             uint32_t vertex_count, uint32_t **out, uint32_t *count)
 {
     if (p->indices >= 0) {
         struct gltf_want want = {"indices", GLTF_UNSIGNED, 1u << 1, 0, true};
-        NG_TRY(ng_gltf_read(l, p->indices, &want, out, count));
-        for (uint32_t i = 0; i < *count; i++)
-            if ((*out)[i] >= vertex_count)
-                return ng_gltf_error(l, "%s: accessor %d: index %u at %u is not below the %u vertices", where,
-                                     p->indices, (*out)[i], i, vertex_count);
-        return NG_OK;
+        return ng_gltf_read(l, p->indices, &want, out, count);
     }
-    if (p->indices < -1)
-        return ng_gltf_error(l, "%s: indices: accessor %d is not one of %u", where, p->indices,
-                             l->doc->accessor_count);
     NG_TRY(ng_gltf_budget(l, (uint64_t)vertex_count * 4, where));
     *count = vertex_count;
     *out = malloc((size_t)vertex_count * 4);
@@ -210,12 +221,15 @@ static ng_result read_order(struct gltf_loader *l, const struct gltf_primitive *
 static ng_result make_triangles(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                                 struct ng_geometry *g)
 {
-    if (p->mode == GLTF_TRIANGLES && g->index_count % 3 != 0)
-        return ng_gltf_error(l, "%s: %u indices are not a multiple of 3", where, g->index_count);
     if (g->index_count < 3)
         return ng_gltf_error(l, "%s: %u indices make no triangle", where, g->index_count);
-    if (p->mode == GLTF_TRIANGLES)
+    if (p->mode == GLTF_TRIANGLES && g->index_count % 3 != 0)
+        NG_TRY(ng_gltf_fault(&l->faults, "the last triangle is left out",
+                             "%s: %u indices are not a multiple of 3", where, g->index_count));
+    if (p->mode == GLTF_TRIANGLES) {
+        g->index_count -= g->index_count % 3;
         return NG_OK;
+    }
     size_t triangles = g->index_count - 2;
     NG_TRY(ng_gltf_budget(l, triangles * 12, where));
     uint32_t *out = malloc(triangles * 12);
@@ -256,9 +270,10 @@ static ng_result build(struct gltf_loader *l, const struct gltf_primitive *p, co
 {
     NG_TRY(read_surface(l, p, where, g));
     g->tangents_of_uvs1 = normal_uv_set(l, p) == 1;
-    NG_TRY(read_skinning(l, p, where, g, &out->joint_limit));
+    NG_TRY(try_skinning(l, p, where, g, &out->joint_limit));
     NG_TRY(read_order(l, p, where, g->vertex_count, &g->indices, &g->index_count));
     NG_TRY(make_triangles(l, p, where, g));
+    NG_TRY(ng_gltf_repair_geometry(l, where, g));
     const struct gltf_value *member = ng_gltf_member(p->extension, "cage");
     out->has_cage = member;
     if (member)
@@ -285,8 +300,6 @@ static ng_result add_assets(struct gltf_loader *l, const char *name, struct ng_g
 static ng_result build_shape(struct gltf_loader *l, const struct gltf_primitive *p, const char *name,
                              const char *where, struct gltf_shape *out)
 {
-    if (!has_attribute(p, "POSITION"))
-        return ng_gltf_error(l, "%s: has no POSITION", where);
     if (p->target_count)
         ng_gltf_warn(l, &l->warned_morph, "%s: morph targets are ignored", where);
     struct ng_geometry g = {0};
@@ -374,8 +387,11 @@ ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive
     char where[64];
     snprintf(where, sizeof where, "mesh %u, primitive %u", mesh, primitive);
     *out = (struct gltf_shape){0};
+    if (!has_attribute(p, "POSITION")) // is to be skipped (glTF 2.0, 3.7.2.1)
+        return NG_OK;
     if (p->mode < 0 || p->mode > GLTF_TRIANGLE_FAN)
-        return ng_gltf_error(l, "%s: there is no mode %d", where, p->mode);
+        return ng_gltf_fault(&l->faults, "the primitive is left out", "%s: there is no mode %d", where,
+                             p->mode);
     if (p->mode < GLTF_TRIANGLES) {
         ng_gltf_warn(l, &l->warned_mode, "%s: points and lines are skipped", where);
         return NG_OK;
@@ -383,8 +399,12 @@ ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive
     if (!l->shapes.count)
         NG_TRY(make_tables(l));
     struct gltf_shape **made = &l->made[l->first_primitive[mesh] + primitive];
-    if (!*made)
-        NG_TRY(find_shape(l, p, m->name, where, made));
+    if (!*made) {
+        struct gltf_part part;
+        ng_gltf_part_begin(&part, "the primitive is left out");
+        NG_TRY(ng_gltf_part_end(&l->faults, &part, find_shape(l, p, m->name, where, made)));
+        *made = part.lost ? &l->nothing : *made;
+    }
     *out = **made;
     return NG_OK;
 }
