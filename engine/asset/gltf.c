@@ -5,6 +5,7 @@
 #include "asset/image_internal.h"
 #include "base/file.h"
 #include "base/log.h"
+#include "base/system.h"
 #include "components/components.h"
 #include "components/placement.h"
 #include "components/transform.h"
@@ -56,9 +57,13 @@ void ng_gltf_keep_within(struct gltf_loader *l, const char *where, const char *w
 
 ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what)
 {
-    if (bytes > l->limits.max_memory - l->memory) {
-        ng_log_error("%s: %s needs %llu bytes more, over the limit of %llu for a scene", l->path, what,
-                     (unsigned long long)bytes, (unsigned long long)l->limits.max_memory);
+    uint64_t left = l->limits.max_memory - l->memory;
+    if (bytes > left) {
+        ng_log_error(
+            "%s: %s needs %llu bytes, more than the %llu that are left of the scene's limit of %llu; raise "
+            "it (--memory-limit)",
+            l->path, what, (unsigned long long)bytes, (unsigned long long)left,
+            (unsigned long long)l->limits.max_memory);
         return NG_ERROR_MEMORY;
     }
     l->memory += bytes;
@@ -159,14 +164,23 @@ static void finish(struct gltf_loader *l)
     ng_array_finish(&l->instances);
     ng_array_finish(&l->clips);
     ng_array_finish(&l->added);
+    ng_array_finish(&l->pictures);
+}
+
+// Half of what the process may still take: what is drawn takes as much again.
+static uint64_t share_of_memory(void)
+{
+    const uint64_t unknown = (uint64_t)2 << 30;
+    uint64_t available = ng_system_available_memory();
+    return (available == UINT64_MAX ? unknown : available) / 2;
 }
 
 static struct ng_gltf_params with_defaults(const struct ng_gltf_params *params)
 {
     struct ng_gltf_params p = params ? *params : (struct ng_gltf_params){0};
-    p.max_file_size = p.max_file_size ? p.max_file_size : (uint64_t)1 << 30;
-    p.max_memory = p.max_memory ? p.max_memory : (uint64_t)1 << 30;
-    p.max_image_memory = p.max_image_memory ? p.max_image_memory : NG_IMAGE_MAX_MEMORY;
+    p.max_memory = p.max_memory ? p.max_memory : share_of_memory();
+    p.max_file_size = p.max_file_size ? p.max_file_size : p.max_memory;
+    p.max_image_memory = p.max_image_memory ? p.max_image_memory : p.max_memory / 2;
     p.max_entities = p.max_entities ? p.max_entities : 1u << 18;
     p.max_joints = p.max_joints ? p.max_joints : 4096;
     p.max_image_side = p.max_image_side ? p.max_image_side : 16384;

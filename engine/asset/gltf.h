@@ -22,12 +22,11 @@ enum ng_gltf_emitters {
     NG_GLTF_EMITTERS_OFF,
 };
 
-// Limits on what a file may ask for. Zero members take the default: with these a small file, whatever is in
-// it, makes a load take at most about 1.5 GB.
+// Limits on what a file may ask for. Zero members take the default.
 struct ng_gltf_params {
-    uint64_t max_file_size;    // bytes of the document, of a picture, of all buffer files together; 1 GiB
-    uint64_t max_memory;       // bytes of decoded geometry, images, clips, ... in all; 1 GiB
-    uint64_t max_image_memory; // of that, bytes of any one image with its mips; 512 MiB
+    uint64_t max_memory;    // bytes of decoded geometry, images, clips, ... in all; half of what is available
+    uint64_t max_file_size; // bytes of the document, of a picture, of all buffer files together; max_memory
+    uint64_t max_image_memory; // of max_memory, bytes of any one image with its mips; its half
     uint32_t max_entities;     // nodes, primitives, materials and clips together; 262,144
     uint32_t max_joints;       // of one skin; 4,096
     uint32_t max_image_side;   // pixels, width or height; 16,384
@@ -63,6 +62,9 @@ struct ng_gltf_scene {
 // there is one primitive, else on children); materials become entities; each animation becomes a clip and an
 // entity with an animation component (which of them play: anim/clips.h). Files named by the document lie in
 // its directory or below; absolute paths, "..", network addresses and links that lead elsewhere are refused.
+//
+// A fault in one part costs that part. When the load has succeeded one warning was logged for each kind of
+// fault: the file, where the first is, which rule it breaks, what is done about it, and how many there are.
 //
 // On failure one line was logged (file, where, which rule), nothing is left behind in either the world or the
 // store, and `*out` is zero. NG_ERROR_FORMAT: the file breaks a rule; NG_ERROR_UNSUPPORTED: valid but needs

@@ -96,6 +96,7 @@ static ng_result add_channel(struct gltf_loader *l, const struct source *s, stru
     struct ng_channel c = {0};
     struct gltf_part part;
     ng_gltf_part_begin(&part, "the channel is left out");
+    part.where = s->where;
     ng_result r = ng_gltf_part_end(&l->faults, &part, read_channel(l, s, &c));
     if (r != NG_OK || part.lost) {
         free(c.times);
@@ -141,6 +142,7 @@ static ng_result standard_channels(struct gltf_loader *l, uint32_t index, const 
         char where[64];
         snprintf(where, sizeof where, "animation %u, channel %u", index, i);
         ng_gltf_part_begin(&part, "the channel is left out");
+        part.where = where;
         NG_TRY(ng_gltf_part_end(&l->faults, &part, standard_channel(l, where, a, &a->channels[i], clip)));
     }
     return NG_OK;
@@ -207,6 +209,7 @@ static ng_result extension_channels(struct gltf_loader *l, uint32_t index, const
         char where[64];
         snprintf(where, sizeof where, "animation %u, NG_scene channel %u", index, i);
         ng_gltf_part_begin(&part, "the channel is left out");
+        part.where = where;
         NG_TRY(
             ng_gltf_part_end(&l->faults, &part, extension_channel(l, where, a, &channels->items[i], clip)));
     }

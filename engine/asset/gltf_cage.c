@@ -132,6 +132,7 @@ ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, const struct gl
 {
     struct gltf_part part;
     ng_gltf_part_begin(&part, "it is drawn by its triangles");
+    part.where = where;
     NG_TRY(ng_gltf_part_end(&l->faults, &part, read_cage(l, where, cage, g, out)));
     if (part.lost)
         ng_cage_finish(out);

@@ -63,6 +63,19 @@ void ng_gltf_part_begin(struct gltf_part *part, const char *instead)
     ng_log_catch_begin(&part->caught);
 }
 
+// "PATH: reason" as "PATH: where: reason".
+static void name_place(const struct gltf_faults *f, const struct gltf_part *part, char *out, size_t size)
+{
+    const char *reason = part->caught.text;
+    size_t n = strlen(f->path);
+    bool named = !part->where || strncmp(reason, f->path, n) != 0 || strncmp(reason + n, ": ", 2) != 0 ||
+                 strncmp(reason + n + 2, part->where, strlen(part->where)) == 0;
+    if (named)
+        snprintf(out, size, "%s", reason);
+    else
+        snprintf(out, size, "%.255s: %.127s: %.600s", f->path, part->where, reason + n + 2);
+}
+
 ng_result ng_gltf_part_end(struct gltf_faults *f, struct gltf_part *part, ng_result r)
 {
     ng_log_catch_end(&part->caught);
@@ -78,7 +91,9 @@ ng_result ng_gltf_part_end(struct gltf_faults *f, struct gltf_part *part, ng_res
         return r;
     }
     part->lost = true;
-    return add(f, part->caught.kind, part->instead, part->caught.text);
+    char text[sizeof part->caught.text];
+    name_place(f, part, text, sizeof text);
+    return add(f, part->caught.kind, part->instead, text);
 }
 
 void ng_gltf_faults_say(const struct gltf_faults *f)

@@ -43,6 +43,7 @@ NG_NODISCARD ng_result ng_gltf_fault_of_kind(struct gltf_faults *f, const void *
 struct gltf_part {
     struct ng_log_catch caught;
     const char *instead;
+    const char *where; // named in the message if it is not yet; null unless set after begin
     bool lost;
 };
 void ng_gltf_part_begin(struct gltf_part *part, const char *instead);

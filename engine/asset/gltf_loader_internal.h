@@ -28,6 +28,14 @@ struct gltf_instance {
     struct gltf_shape shape;
 };
 
+// A picture that was decoded, by its bytes.
+struct gltf_picture {
+    uint64_t hash;
+    size_t size;
+    bool srgb, repeat_u, repeat_v;
+    ng_asset image;
+};
+
 // How a node is in the scene.
 enum gltf_place {
     GLTF_OUT,
@@ -49,14 +57,15 @@ struct gltf_loader {
     uint32_t *parents; // [node_count], NG_GLTF_NO_NODE for roots
     uint32_t *order;   // nodes of the scene, parents first
     uint32_t order_count;
-    bool *ordered;                      // [node_count]: is in the order
-    unsigned char *placed;              // [node_count], enum gltf_place
-    bool *skin_placed;                  // [skin_count]: its joints are in the order
-    ng_entity *nodes;                   // [node_count], null: not in the scene
-    ng_entity *materials;               // [material_count]
-    ng_asset *skins;                    // [skin_count]
-    uint32_t *joint_of;                 // [node_count]: 1 + the last skin that listed it
-    ng_asset (*images)[8];              // [image_count] by srgb, repeat_u, repeat_v
+    bool *ordered;         // [node_count]: is in the order
+    unsigned char *placed; // [node_count], enum gltf_place
+    bool *skin_placed;     // [skin_count]: its joints are in the order
+    ng_entity *nodes;      // [node_count], null: not in the scene
+    ng_entity *materials;  // [material_count]
+    ng_asset *skins;       // [skin_count]
+    uint32_t *joint_of;    // [node_count]: 1 + the last skin that listed it
+    ng_asset (*images)[8]; // [image_count] by srgb, repeat_u, repeat_v
+    NG_ARRAY(struct gltf_picture) pictures;
     bool *image_lost;                   // [image_count]: could not be read
     NG_ARRAY(struct gltf_shape) shapes; // hash table, a power of two; geometry 0: free
     struct gltf_shape **made;  // [primitives of all meshes]: what became of each; null: not asked for

@@ -11,29 +11,57 @@
 #include <stdlib.h>
 #include <string.h>
 
-static ng_result keep_image(struct gltf_loader *l, const char *name, struct ng_image *image, ng_asset *out)
+// Decodes a picture and keeps it under a name, once for each way in which its bytes are sampled.
+static ng_result keep_image(struct gltf_loader *l, const char *messages, const char *name, const void *data,
+                            size_t size, const struct ng_image_params *params, ng_asset *out)
 {
-    if (!ng_array_reserve(&l->added, l->added.count + 1)) {
-        ng_image_finish(image);
+    struct gltf_picture picture = {
+        ng_hash_bytes(size, data, size), size, params->srgb, params->repeat_u, params->repeat_v, {0}};
+    for (size_t i = 0; i < l->pictures.count; i++) {
+        const struct gltf_picture *p = &l->pictures.items[i];
+        if (p->hash == picture.hash && p->size == size && p->srgb == picture.srgb &&
+            p->repeat_u == picture.repeat_u && p->repeat_v == picture.repeat_v) {
+            *out = p->image;
+            return NG_OK;
+        }
+    }
+    struct ng_image image;
+    NG_TRY(ng_image_decode(messages, data, size, params, &image));
+    if (!ng_array_reserve(&l->added, l->added.count + 1) ||
+        !ng_array_reserve(&l->pictures, l->pictures.count + 1)) {
+        ng_image_finish(&image);
         return ng_out_of_memory(l->path);
     }
-    l->memory += image->size; // bounded by the decoder, which was told what is left
-    NG_TRY(ng_assets_take_image(l->assets, name, image, out));
+    l->memory += image.size; // bounded by the decoder, which was told what is left
+    NG_TRY(ng_assets_take_image(l->assets, name, &image, out));
     ng_array_push(&l->added, *out);
+    picture.image = *out;
+    ng_array_push(&l->pictures, picture);
     l->out.image_count++;
     return NG_OK;
 }
 
 // What the decoder may use is what the scene has left.
-static ng_result image_params(const struct gltf_loader *l, const char *what, struct ng_image_params *p)
+struct image_limits {
+    char text[128];
+};
+
+static void limit_image(const struct gltf_loader *l, struct ng_image_params *p, struct image_limits *limits)
 {
+    uint64_t left = l->limits.max_memory - l->memory, most = l->limits.max_image_memory;
     p->max_side = l->limits.max_image_side;
-    uint64_t left = l->limits.max_memory - l->memory;
-    p->max_memory = left < l->limits.max_image_memory ? left : l->limits.max_image_memory;
-    if (left > 0)
-        return NG_OK;
-    ng_log_error("%s: %s: the scene's limit of memory is used up", l->path, what);
-    return NG_ERROR_MEMORY;
+    p->repair = !l->faults.strict;
+    p->max_memory = left < most ? left : most;
+    p->limit = limits->text;
+    if (left < most)
+        snprintf(limits->text, sizeof limits->text,
+                 "the %llu that are left of the scene's limit of %llu; raise it (--memory-limit)",
+                 (unsigned long long)left, (unsigned long long)l->limits.max_memory);
+    else
+        snprintf(limits->text, sizeof limits->text,
+                 "the %llu that one picture may have; raise it (--memory-limit)", (unsigned long long)most);
+    // 0 would mean the default, and nothing fits into 1.
+    p->max_memory = p->max_memory ? p->max_memory : 1;
 }
 
 // A picture file beside the document; the image is named after it, messages also say who refers to it.
@@ -47,15 +75,15 @@ static ng_result load_file(struct gltf_loader *l, const char *where, const char 
     if (l->limits.file)
         l->limits.file(l->limits.user, path);
     snprintf(name, sizeof name, "%.3000s: %.200s: %.800s", l->path, where, path);
-    NG_TRY(image_params(l, where, params));
+    struct image_limits limits;
+    limit_image(l, params, &limits);
     void *data;
     size_t size;
-    struct ng_image image;
     NG_TRY(ng_file_read_named(name, path, l->limits.max_file_size, &data, &size));
     l->out.hash = ng_hash_bytes(l->out.hash, data, size);
-    ng_result r = ng_image_decode(name, data, size, params, &image);
+    ng_result r = keep_image(l, name, path, data, size, params, out);
     free(data);
-    return r == NG_OK ? keep_image(l, path, &image, out) : r;
+    return r;
 }
 
 static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_params *params, ng_asset *out)
@@ -66,8 +94,8 @@ static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_pa
     if (image->uri[0] && !ng_gltf_is_data_uri(image->uri))
         return load_file(l, where, image->uri, params, out);
     snprintf(name, sizeof name, "%.3500s: %s", l->path, where);
-    NG_TRY(image_params(l, where, params));
-    struct ng_image decoded;
+    struct image_limits limits;
+    limit_image(l, params, &limits);
     const unsigned char *data = NULL;
     unsigned char *own = NULL;
     size_t size = 0;
@@ -77,9 +105,10 @@ static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_pa
         NG_TRY(ng_gltf_data_uri(&l->faults, where, image->uri, l->limits.max_file_size, &own, &size));
     else
         NG_TRY(ng_gltf_view_bytes(l, image->view, &data, &size));
-    ng_result r = ng_image_decode(name, own ? own : data, size, params, &decoded);
+    const char *kept = image->name[0] ? image->name : name;
+    ng_result r = keep_image(l, name, kept, own ? own : data, size, params, out);
     free(own);
-    return r == NG_OK ? keep_image(l, image->name[0] ? image->name : name, &decoded, out) : r;
+    return r;
 }
 
 static ng_result wrap_mode(struct gltf_loader *l, int sampler, const char *axis, int mode, bool *repeat)
@@ -142,6 +171,7 @@ static ng_result use_texture(struct gltf_loader *l, const char *where, const str
     *uv_set = use->uv_set == 1;
     struct gltf_part part;
     ng_gltf_part_begin(&part, "the scene is drawn without it");
+    part.where = where;
     return ng_gltf_part_end(&l->faults, &part, ng_gltf_texture(l, where, use->texture, srgb, out));
 }
 

@@ -33,11 +33,12 @@ static ng_result read_attribute(struct gltf_loader *l, const struct gltf_primiti
 }
 
 // An attribute that a primitive can do without; null where it is wrong.
-static ng_result try_attribute(struct gltf_loader *l, const struct gltf_primitive *p, const char *instead,
-                               const struct gltf_want *want, float **out)
+static ng_result try_attribute(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                               const char *instead, const struct gltf_want *want, float **out)
 {
     struct gltf_part part;
     ng_gltf_part_begin(&part, instead);
+    part.where = where;
     return ng_gltf_part_end(&l->faults, &part, read_attribute(l, p, want, out));
 }
 
@@ -73,12 +74,13 @@ static ng_result read_surface(struct gltf_loader *l, const struct gltf_primitive
     const struct gltf_want tangent = {"TANGENT", GLTF_QUANTIZED | GLTF_ANY_NUMBER, 1u << 4, n, false};
     const struct gltf_want uv = {"TEXCOORD_0", GLTF_QUANTIZED | GLTF_ANY_NUMBER, 1u << 2, n, false};
     const struct gltf_want uv1 = {"TEXCOORD_1", GLTF_QUANTIZED | GLTF_ANY_NUMBER, 1u << 2, n, false};
-    NG_TRY(try_attribute(l, p, "normals are computed", &normal, &g->normals));
-    NG_TRY(try_attribute(l, p, "tangents are computed", &tangent, &g->tangents));
-    NG_TRY(try_attribute(l, p, "its textures are not seen", &uv, &g->uvs));
-    NG_TRY(try_attribute(l, p, "its textures are not seen", &uv1, &g->uvs1));
+    NG_TRY(try_attribute(l, p, where, "normals are computed", &normal, &g->normals));
+    NG_TRY(try_attribute(l, p, where, "tangents are computed", &tangent, &g->tangents));
+    NG_TRY(try_attribute(l, p, where, "its textures are not seen", &uv, &g->uvs));
+    NG_TRY(try_attribute(l, p, where, "its textures are not seen", &uv1, &g->uvs1));
     struct gltf_part part;
     ng_gltf_part_begin(&part, "its colours are not seen");
+    part.where = where;
     return ng_gltf_part_end(&l->faults, &part, read_colors(l, p, where, g));
 }
 
@@ -188,6 +190,7 @@ static ng_result try_skinning(struct gltf_loader *l, const struct gltf_primitive
 {
     struct gltf_part part;
     ng_gltf_part_begin(&part, "it is not skinned");
+    part.where = where;
     NG_TRY(ng_gltf_part_end(&l->faults, &part, read_skinning(l, p, where, g, joint_limit)));
     if (!part.lost)
         return NG_OK;
@@ -402,6 +405,7 @@ ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive
     if (!*made) {
         struct gltf_part part;
         ng_gltf_part_begin(&part, "the primitive is left out");
+        part.where = where;
         NG_TRY(ng_gltf_part_end(&l->faults, &part, find_shape(l, p, m->name, where, made)));
         *made = part.lost ? &l->nothing : *made;
     }

@@ -313,6 +313,7 @@ static ng_result try_skin(struct gltf_loader *l, const char *where, const struct
     if (n->skin == -1)
         return NG_OK;
     ng_gltf_part_begin(&part, "it stands where its node is");
+    part.where = where;
     NG_TRY(ng_gltf_part_end(&l->faults, &part, attach_skin(l, where, n, shape, e)));
     *skin = part.lost ? -1 : n->skin;
     return NG_OK;

@@ -11,6 +11,7 @@
 #include "base/log.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -71,14 +72,16 @@ ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height, e
     }
     if (width > max_side || height > max_side) {
         ng_log_error("%s: %u x %u pixels, more than the limit of %u a side", name, width, height, max_side);
-        return NG_ERROR_MEMORY;
+        return NG_ERROR_UNSUPPORTED;
     }
     uint32_t levels;
     uint64_t size = (uint64_t)width * height * ng_pixel_size(format);
     uint64_t full_size = params->no_mips ? size : mip_chain(width, height, format, &levels);
     if (full_size > max_memory) {
-        ng_log_error("%s: %u x %u pixels need %llu bytes, more than the %llu that are allowed", name, width,
-                     height, (unsigned long long)full_size, (unsigned long long)max_memory);
+        char allowed[64];
+        snprintf(allowed, sizeof allowed, "the %llu that are allowed", (unsigned long long)max_memory);
+        ng_log_error("%s: %u x %u pixels need %llu bytes, more than %s", name, width, height,
+                     (unsigned long long)full_size, params->limit ? params->limit : allowed);
         return NG_ERROR_MEMORY;
     }
     out->pixels = calloc(1, (size_t)full_size);
@@ -97,21 +100,6 @@ ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height, e
 }
 
 // ---- EXR as an image -------------------------------------------------------------------------------------
-
-// Of a picture that is not finite nothing is left.
-static ng_result check_finite(const char *name, struct ng_image *image)
-{
-    const float *value = (const float *)image->pixels;
-    for (size_t i = 0; i < (size_t)image->width * image->height * 4; i++)
-        if (!isfinite(value[i])) {
-            ng_log_error("%s: pixel %zu, %zu is not a finite number; repair the picture", name,
-                         i / 4 % image->width, i / 4 / image->width);
-            ng_image_finish(image);
-            return NG_ERROR_FORMAT;
-        }
-    return NG_OK;
-}
-
 static ng_result exr_decode(const char *name, const void *data, size_t size,
                             const struct ng_image_params *params, struct ng_image *out)
 {
@@ -137,10 +125,40 @@ static ng_result exr_decode(const char *name, const void *data, size_t size,
         for (size_t c = 0; c < 4; c++)
             ((float *)out->pixels)[i * 4 + c] = planes[c] ? ((const float *)planes[c]->pixels)[i] : 1.0f;
     ng_exr_finish(&exr);
-    return r == NG_OK ? check_finite(name, out) : r;
+    return r;
 }
 
 // ---- any format ------------------------------------------------------------------------------------------
+
+// Light that overflowed half floats, as of a sun, is as bright as they can be.
+static float repaired(float v)
+{
+    const float most = 65504;
+    return isfinite(v) ? v : v > 0 ? most : 0;
+}
+
+static ng_result check_finite(const char *name, const struct ng_image_params *params, struct ng_image *image)
+{
+    float *value = (float *)image->pixels;
+    size_t count = 0, first = 0;
+    for (size_t i = (size_t)image->width * image->height * 4; i-- > 0;)
+        if (!isfinite(value[i])) {
+            value[i] = repaired(value[i]);
+            count++;
+            first = i / 4;
+        }
+    if (count == 0)
+        return NG_OK;
+    size_t x = first % image->width, y = first / image->width;
+    if (params->repair) {
+        ng_log_warn("%s: pixel %zu, %zu is not a finite number (%zu values in all are none); they are moved "
+                    "to 0 .. 65504",
+                    name, x, y, count);
+        return NG_OK;
+    }
+    ng_log_error("%s: pixel %zu, %zu is not a finite number; repair the picture", name, x, y);
+    return NG_ERROR_FORMAT;
+}
 
 typedef ng_result decode_fn(const char *, const void *, size_t, const struct ng_image_params *,
                             struct ng_image *);
@@ -164,9 +182,9 @@ ng_result ng_image_decode(const char *name, const void *data, size_t size,
         if (size < formats[i].size || memcmp(data, formats[i].magic, formats[i].size) != 0)
             continue;
         NG_TRY(formats[i].decode(name, data, size, params, out));
-        if (params->no_mips)
-            return NG_OK;
-        ng_result r = ng_image_make_mips(out);
+        ng_result r = out->format == NG_PIXEL_RGBA32F ? check_finite(name, params, out) : NG_OK;
+        if (r == NG_OK && !params->no_mips)
+            r = ng_image_make_mips(out);
         if (r != NG_OK)
             ng_image_finish(out);
         return r;

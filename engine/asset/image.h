@@ -14,6 +14,8 @@ struct ng_image_params {
     bool no_mips;        // level 0 alone
     uint32_t max_side;   // pixels; 16,384. Checked in the header, before anything is allocated
     uint64_t max_memory; // bytes of the decoded image with its mips; 512 MiB
+    const char *limit;   // what that limit is, for messages: "the 512 that are left"; may be null
+    bool repair;         // pixels that are not finite are moved to 0 .. 65504, with a warning; else an error
 };
 
 // On success the caller owns `out->pixels` (malloc), or gives the struct to ng_assets_take_image.

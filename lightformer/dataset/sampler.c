@@ -162,7 +162,7 @@ static ng_result check_scene(const struct lf_scene_sampler *self, uint64_t seed)
     char sample[64];
     bool shines = false;
     snprintf(sample, sizeof sample, "the sample of seed %" PRIu64, seed);
-    NG_TRY(lf_check_scene(self->params.world, s, sample));
+    NG_TRY(lf_check_scene(self->params.world, s, sample, LF_CHECK_REFUSE));
     for (uint32_t i = 0; i < s->light_count; i++)
         shines |= s->lights[i].power > 0;
     if (shines)

@@ -10,6 +10,28 @@
 #include "scene/world.h"
 
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+struct check {
+    const char *scene;
+    enum lf_check_faults faults;
+};
+
+static ng_result fault(const struct check *c, const char *fmt, ...) NG_PRINTF(2, 3);
+static ng_result fault(const struct check *c, const char *fmt, ...)
+{
+    char text[512];
+    va_list args;
+    va_start(args, fmt);
+    vsnprintf(text, sizeof text, fmt, args);
+    va_end(args);
+    if (c->faults == LF_CHECK_REFUSE)
+        ng_log_error("%s", text);
+    else if (c->faults == LF_CHECK_WARN)
+        ng_log_warn("%s", text);
+    return c->faults == LF_CHECK_REFUSE ? NG_ERROR_FORMAT : NG_OK;
+}
 
 // ---- triangles -------------------------------------------------------------------------------------------
 
@@ -40,19 +62,17 @@ static bool has_area(const struct ng_snapshot_mesh *mesh)
     return false;
 }
 
-// An instance that a file's mesh has; null for the shapes that lights bring along.
+// An instance that a file's mesh has; null for the shapes of lights, of which more is said as lights.
 static const struct ng_snapshot_instance *find_user(const struct ng_snapshot *s, uint32_t mesh)
 {
-    for (uint32_t i = 0; i < s->instance_count; i++) {
-        const struct ng_snapshot_instance *instance = &s->instances[i];
-        bool own = instance->light == NG_NONE || s->lights[instance->light].source.type->emissive_mesh;
-        if (instance->mesh == mesh && own)
-            return instance;
-    }
+    for (uint32_t i = 0; i < s->instance_count; i++)
+        if (s->instances[i].mesh == mesh && s->instances[i].light == NG_NONE)
+            return &s->instances[i];
     return NULL;
 }
 
-static ng_result check_meshes(const struct ng_world *world, const struct ng_snapshot *s, const char *scene)
+static ng_result check_meshes(const struct check *c, const struct ng_world *world,
+                              const struct ng_snapshot *s)
 {
     for (uint32_t m = 0; m < s->mesh_count; m++) {
         const struct ng_snapshot_mesh *mesh = &s->meshes[m];
@@ -60,11 +80,11 @@ static ng_result check_meshes(const struct ng_world *world, const struct ng_snap
         if (mesh->dynamic || !user)
             continue;
         const struct ng_name *name = ng_world_get(world, user->entity, NG_NAME);
-        ng_log_error(
-            "%s: mesh \"%s\": its triangles (%u) are degenerate: none has an area to be seen; repair "
-            "the mesh, or remove it",
-            scene, name ? name->text : "", mesh->index_count / 3);
-        return NG_ERROR_FORMAT;
+        NG_TRY(
+            fault(c,
+                  "%s: mesh \"%s\": its triangles (%u) are degenerate: none has an area to be seen; repair "
+                  "the mesh, or remove it",
+                  c->scene, name ? name->text : "", mesh->index_count / 3));
     }
     return NG_OK;
 }
@@ -98,28 +118,28 @@ static const char *mistake(const struct ng_light_source *source)
     return NULL;
 }
 
-static ng_result check_lights(const struct ng_snapshot *s, const char *scene)
+static ng_result check_lights(const struct check *c, const struct ng_snapshot *s)
 {
     bool light = false;
     for (uint32_t i = 0; i < s->light_count; i++) {
         const struct ng_snapshot_light *l = &s->lights[i];
         const char *wrong = l->power > 0 ? NULL : mistake(&l->source);
-        if (wrong) {
-            ng_log_error("%s: light \"%s\" %s", scene, l->name, wrong);
-            return NG_ERROR_FORMAT;
-        }
+        if (wrong)
+            NG_TRY(fault(c, "%s: light \"%s\" %s", c->scene, l->name, wrong));
         light |= l->power > 0;
     }
     for (uint32_t i = 0; i < s->material_count; i++)
         light |= lf_max3(s->materials[i].emission) > 0;
     if (light)
         return NG_OK;
-    ng_log_error("%s: nothing gives light, so all would be black; add a light, or switch one on", scene);
+    ng_log_error("%s: nothing gives light, so all would be black; add a light, or switch one on", c->scene);
     return NG_ERROR_FORMAT;
 }
 
-ng_result lf_check_scene(const struct ng_world *world, const struct ng_snapshot *snapshot, const char *scene)
+ng_result lf_check_scene(const struct ng_world *world, const struct ng_snapshot *snapshot, const char *scene,
+                         enum lf_check_faults faults)
 {
-    NG_TRY(check_lights(snapshot, scene));
-    return check_meshes(world, snapshot, scene);
+    const struct check c = {scene, faults};
+    NG_TRY(check_lights(&c, snapshot));
+    return check_meshes(&c, world, snapshot);
 }

@@ -312,8 +312,9 @@ static void test_several_files(void **state)
     uint32_t entities = ng_world_entity_count(l.world);
     size_t memory = ng_assets_memory(l.assets);
     test_log_begin(&log);
+    const struct ng_gltf_params strict = {.strict = true};
     assert_int_not_equal(
-        ng_gltf_load("tests/files/bad/animation_times.gltf", l.world, l.assets, NULL, &other), NG_OK);
+        ng_gltf_load("tests/files/bad/animation_times.gltf", l.world, l.assets, &strict, &other), NG_OK);
     test_log_end(&log);
     assert_int_equal(ng_world_entity_count(l.world), entities);
     assert_int_equal(ng_assets_memory(l.assets), memory);

@@ -16,6 +16,7 @@ struct render_reference {
     struct output_layer layers[OUTPUT_MAX_LAYERS];
     uint32_t fetched_count;
     uint8_t *display;
+    bool checked; // a picture of the scene was begun
 };
 
 ng_result render_reference_create(const struct render_reference_params *params, struct render_reference **out)
@@ -70,6 +71,16 @@ static void obey(const struct render_reference *r, ng_result result)
     ng_interrupt_release();
 }
 
+// Faults are said of the first picture.
+static ng_result check(struct render_reference *r, const struct ng_snapshot *snapshot)
+{
+    enum lf_check_faults faults = r->params.strict ? LF_CHECK_REFUSE
+                                  : r->checked     ? LF_CHECK_PASS
+                                                   : LF_CHECK_WARN;
+    r->checked = true;
+    return lf_check_scene(r->params.world, snapshot, r->params.scene, faults);
+}
+
 ng_result render_reference_draw(struct render_reference *r, const struct ng_snapshot *snapshot,
                                 uint32_t *samples)
 {
@@ -81,7 +92,7 @@ ng_result render_reference_draw(struct render_reference *r, const struct ng_snap
                                           .user = &progress,
                                           .checkpoint = p->checkpoint,
                                           .picture = p->picture};
-    NG_TRY(lf_check_scene(p->world, snapshot, p->scene));
+    NG_TRY(check(r, snapshot));
     NG_TRY(lf_tracer_update(r->tracer, snapshot));
     NG_TRY(lf_reference_begin(r->reference, r->tracer));
     progress_begin(&progress, "sample", p->samples);

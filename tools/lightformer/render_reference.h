@@ -13,6 +13,7 @@ struct render_reference;
 struct render_reference_params {
     const char *scene;            // for messages
     const struct ng_world *world; // what the snapshots are of
+    bool strict;                  // a part that cannot be seen, or cannot shine, refuses the scene
     struct lf_reference_params reference;
     uint32_t samples;       // a pixel
     double time_limit;      // seconds; 0: none
