@@ -50,10 +50,11 @@ struct ng_gltf_scene {
     ng_entity sky;    // the light that was made since the file has none; null: none was made
     uint32_t entity_count, primitive_count, material_count, light_count, clip_count, skin_count;
     uint32_t image_count;
-    uint32_t emitter_count;  // of light_count, those made of emissive meshes
-    uint64_t triangle_count; // of the fallback meshes, before subdivision
-    float duration;          // of the longest clip, seconds; 0: nothing is animated
-    uint64_t hash;           // of the bytes of every file that was read, wherever they lie: what the scene is
+    uint32_t emitter_count;             // of light_count, those made of emissive meshes
+    uint64_t triangle_count;            // of the fallback meshes, before subdivision
+    float bounds_min[3], bounds_max[3]; // box of what is seen at time 0, metres; zeros: nothing is
+    float duration;                     // of the longest clip, seconds; 0: nothing is animated
+    uint64_t hash; // of the bytes of every file that was read, wherever they lie: what the scene is
 };
 
 // Adds the file's default scene to a world whose components are the engine's (ng_components_register).

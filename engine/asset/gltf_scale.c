@@ -293,9 +293,11 @@ static ng_result complete(struct gltf_loader *l, const matrix *world)
     struct ng_scene_scale scale = given ? *given : (struct ng_scene_scale){.radius = 1};
     struct bounds bounds;
     warn_far(l, world);
-    if (given && !camera)
-        return NG_OK;
     NG_TRY(measure(l, world, &bounds));
+    if (bounds.min[0] <= bounds.max[0]) {
+        glm_vec3_copy(bounds.min, l->out.bounds_min);
+        glm_vec3_copy(bounds.max, l->out.bounds_max);
+    }
     if (!given) {
         scale_of(&bounds, &scale);
         NG_TRY(ng_gltf_add(l, l->out.root, "scene", NG_SCENE_SCALE, &scale));
