@@ -2,17 +2,13 @@
 //
 // Each of the three gathers first and prints then, as a table or as JSON from the same figures.
 #include "commands.h"
+#include "info_scene.h"
 #include "json.h"
-#include "scene_file.h"
 
-#include "asset/assets.h"
-#include "asset/gltf.h"
 #include "base/printable.h"
 #include "base/result.h"
 #include "components/components.h"
-#include "components/name.h"
 #include "gpu/device.h"
-#include "scene/query.h"
 #include "scene/world.h"
 
 #include <stdlib.h>
@@ -161,104 +157,6 @@ static ng_result info_devices(bool json)
         json_end(&j);
     free(devices);
     return NG_OK;
-}
-
-// ---- Scenes
-
-// How many entities have a component; 0 where memory is short, which was logged.
-static uint64_t count_component(struct ng_world *world, ng_component component)
-{
-    struct ng_query_desc desc = {.terms = {{component, NG_TERM_WITH, false}}, .term_count = 1};
-    struct ng_query *query;
-    if (ng_query_create(world, &desc, &query) != NG_OK)
-        return 0;
-    uint64_t n = ng_query_count(query);
-    ng_query_destroy(&query);
-    return n;
-}
-
-// Calls `each` with the name of every camera: what --camera takes.
-static void each_camera(const struct ng_world *world, ng_entity root,
-                        void (*each)(void *user, const char *name), void *user)
-{
-    for (ng_entity e = root; !ng_entity_is_null(e); e = ng_world_next_below(world, root, e)) {
-        const struct ng_name *name = ng_world_get(world, e, NG_NAME);
-        if (ng_world_has(world, e, NG_CAMERA))
-            each(user, name ? name->text : "");
-    }
-}
-
-static void print_camera(void *user, const char *name)
-{
-    NG_UNUSED(user);
-    ng_print_line(stdout, "  camera \"%s\"", name);
-}
-
-static void write_camera(void *user, const char *name)
-{
-    json_text(user, NULL, name);
-}
-
-static void print_scene(const char *path, struct ng_world *world, const struct ng_assets *assets,
-                        const struct ng_gltf_scene *s)
-{
-    ng_print_line(stdout, "%s", path);
-    printf("  %u entities, %u materials, %u lights, %u skins, %u images, %.1f MiB\n", s->entity_count,
-           s->material_count, s->light_count, s->skin_count, s->image_count,
-           (double)ng_assets_memory(assets) / (1 << 20));
-    printf("  %u primitives of %llu triangles before subdivision\n", s->primitive_count,
-           (unsigned long long)s->triangle_count);
-    printf("  %u animations, the longest of %.2f s\n", s->clip_count, (double)s->duration);
-    each_camera(world, s->root, print_camera, NULL);
-    for (uint32_t i = 0; i < ng_world_component_count(world); i++) {
-        uint64_t n = count_component(world, i);
-        if (n)
-            printf("  %6llu x %s\n", (unsigned long long)n, ng_world_component(world, i)->name);
-    }
-}
-
-static void write_scene(const char *path, struct ng_world *world, const struct ng_assets *assets,
-                        const struct ng_gltf_scene *s)
-{
-    struct json j = {.out = stdout};
-    json_object(&j, NULL);
-    json_text(&j, "scene", path);
-    json_number(&j, "entities", s->entity_count);
-    json_number(&j, "primitives", s->primitive_count);
-    json_number(&j, "triangles", (double)s->triangle_count);
-    json_number(&j, "materials", s->material_count);
-    json_number(&j, "lights", s->light_count);
-    json_number(&j, "skins", s->skin_count);
-    json_number(&j, "images", s->image_count);
-    json_number(&j, "animations", s->clip_count);
-    json_number(&j, "duration_s", (double)s->duration);
-    json_number(&j, "assets_mib", (double)ng_assets_memory(assets) / (1 << 20));
-    json_array(&j, "cameras");
-    each_camera(world, s->root, write_camera, &j);
-    json_end(&j);
-    json_object(&j, "components");
-    for (uint32_t i = 0; i < ng_world_component_count(world); i++)
-        json_number(&j, ng_world_component(world, i)->name, (double)count_component(world, i));
-    json_end(&j);
-    json_end(&j);
-}
-
-static ng_result info_scene(const char *path, bool json)
-{
-    struct ng_world *world = NULL;
-    struct ng_assets *assets = NULL;
-    struct ng_gltf_scene scene;
-    NG_TRY(scene_file_check(path));
-    ng_result result = create_world(&world);
-    if (result == NG_OK)
-        result = ng_assets_create(&assets);
-    if (result == NG_OK)
-        result = ng_gltf_load(path, world, assets, NULL, &scene);
-    if (result == NG_OK)
-        (json ? write_scene : print_scene)(path, world, assets, &scene);
-    ng_assets_destroy(&assets);
-    ng_world_destroy(&world);
-    return result;
 }
 
 static int run(const void *args)

@@ -10,6 +10,7 @@
 #include "app/stage.h"
 #include "app/window.h"
 #include "base/file.h"
+#include "base/log.h"
 #include "base/result.h"
 #include "base/system.h"
 #include "components/camera.h"
@@ -163,6 +164,10 @@ static ng_result open_viewer(struct viewer *v)
     struct ng_window_params window = {
         .title = ng_path_name(args->scene), .width = args->size.width, .height = args->size.height};
     NG_TRY(scene_file_check(args->scene));
+    if (!ng_file_exists(args->scene)) { // better known before there is a window
+        ng_log_error("%s: cannot open: there is no such file", args->scene);
+        return NG_ERROR_NOT_FOUND;
+    }
     NG_TRY(ng_window_create(&window, &v->window));
     struct ng_stage_params stage = {
         .scene = args->scene, .window = v->window, .device = args->device, .threads = args->threads};

@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "files.h"
 
+#include "base/file.h"
 #include "base/interrupt.h"
 #include "base/printable.h"
 #include "base/result.h"
@@ -17,7 +18,9 @@ static const struct cli_command *const commands[] = {
 
 static void print_overview(FILE *out)
 {
-    fputs("usage: lightformer COMMAND ...\n\n", out);
+    fputs("usage: lightformer COMMAND ...\n"
+          "       lightformer SCENE ...      the same as lightformer view SCENE ...\n\n",
+          out);
     for (size_t i = 0; i < NG_COUNT(commands); i++)
         fprintf(out, "  %-8s %s\n", commands[i]->name, commands[i]->summary);
     fputs("\nlightformer COMMAND --help tells more. Exit codes: 0 done, 1 bad input or environment, 2 bad "
@@ -25,6 +28,13 @@ static void print_overview(FILE *out)
           "In the environment NG_DEVICE names the Vulkan device, and NG_ISA the most of the CPU's "
           "instructions that are used:\nsse4.2, avx2, avx512, bf16 or amx.\n",
           out);
+}
+
+// A word that is no command but a scene's file: to be viewed, as a desktop does with what is opened by it.
+static bool is_scene(const char *word)
+{
+    const char *extension = ng_path_extension(word);
+    return ng_file_exists(word) || strcmp(extension, "glb") == 0 || strcmp(extension, "gltf") == 0;
 }
 
 static const struct cli_command *find_command(const char *name)
@@ -35,6 +45,8 @@ static const struct cli_command *find_command(const char *name)
             return commands[i];
         names[i] = commands[i]->name;
     }
+    if (is_scene(name))
+        return &cli_view_command;
     const char *near = cli_nearest(name, names);
     ng_print_line(stderr, "lightformer: there is no command \"%s\"%s%s%s (see lightformer --help)", name,
                   near ? "; did you mean " : "", near ? near : "", near ? "?" : "");
@@ -81,7 +93,8 @@ int main(int argc, char **argv)
 
     _Alignas(max_align_t) unsigned char values[512];
     assert(command->values_size <= sizeof values);
-    switch (cli_parse(command, argc - 2, argv + 2, values, stderr)) {
+    int words = strcmp(argv[1], command->name) == 0 ? 2 : 1; // before the arguments
+    switch (cli_parse(command, argc - words, argv + words, values, stderr)) {
     case CLI_RUN:
         return finish(check_files(command, values) ? command->run(values) : CLI_USAGE);
     case CLI_HELP:
