@@ -182,15 +182,14 @@ static uint64_t hash_instance(const struct walk *w, const struct ng_snapshot *s,
     const struct ng_mesh *mesh = ng_world_get(w->room.scene.world, in->entity, NG_MESH);
     const struct ng_subdivision *refined = ng_world_get(w->room.scene.world, in->entity, NG_SUBDIVISION);
     const struct ng_assets *assets = w->room.scene.assets;
-    const uint64_t words[] = {in->entity.id,
-                              mesh ? mesh->geometry.id : 0,
+    const uint64_t words[] = {in->entity.id, mesh ? mesh->geometry.id : 0,
                               mesh ? ng_assets_revision(assets, mesh->geometry).topology : 0,
-                              refined ? 1 + refined->boundary : 0,
-                              refined ? refined->cage.id : 0,
+                              refined ? 1 + refined->boundary : 0, refined ? refined->cage.id : 0,
                               refined ? ng_assets_revision(assets, refined->cage).topology : 0,
-                              in->light,
-                              in->flags & ~(uint32_t)NG_INSTANCE_MOVED,
-                              hash_mesh(&s->meshes[in->mesh]),
+                              // What is refined is made again, though the surface may come out the same.
+                              refined && mesh ? ng_assets_revision(assets, mesh->geometry).content : 0,
+                              refined ? ng_assets_revision(assets, refined->cage).content : 0, in->light,
+                              in->flags & ~(uint32_t)NG_INSTANCE_MOVED, hash_mesh(&s->meshes[in->mesh]),
                               hash_material(s, &s->materials[in->material])};
     uint64_t hash = ng_hash_bytes(0, words, sizeof words);
     return ng_hash_bytes(hash, in->matrix, sizeof in->matrix);
