@@ -152,7 +152,7 @@ static uint64_t hash_image(const struct ng_image *image)
 
 static uint64_t hash_material(const struct ng_snapshot *s, const struct ng_snapshot_material *m)
 {
-    const uint64_t words[] = {m->entity.id, m->double_sided, m->alpha_mask};
+    const uint64_t words[] = {m->entity.id, m->double_sided, m->alpha_mask, m->second_uvs};
     const uint32_t images[] = {m->base_color_image, m->metallic_roughness_image, m->normal_image,
                                m->emissive_image};
     const float numbers[] = {m->metallic, m->roughness, m->normal_scale, m->alpha, m->alpha_cutoff};
@@ -173,6 +173,10 @@ static uint64_t hash_mesh(const struct ng_snapshot_mesh *m)
     hash = ng_hash_bytes(hash, m->normals, m->vertex_count * 3 * sizeof(float));
     hash = ng_hash_bytes(hash, m->tangents, m->vertex_count * 4 * sizeof(float));
     hash = ng_hash_bytes(hash, m->uvs, m->vertex_count * 2 * sizeof(float));
+    if (m->uvs1)
+        hash = ng_hash_bytes(hash, m->uvs1, m->vertex_count * 2 * sizeof(float));
+    if (m->colors)
+        hash = ng_hash_bytes(hash, m->colors, m->vertex_count * 4 * sizeof *m->colors);
     return ng_hash_bytes(hash, m->indices, m->index_count * sizeof *m->indices);
 }
 
