@@ -179,9 +179,9 @@ static int add_skin_mesh(struct glb *g, int material)
     struct vec3 *normals = calloc(n, sizeof *normals);
     uint32_t *influence = calloc(n * 4, sizeof *influence), *indices = calloc(corners, sizeof *indices);
     double *weights = calloc(n * 4, sizeof *weights);
-    g->failed |= s.cage.failed || !normals || !influence || !indices || !weights;
+    g->w.failed |= s.cage.failed || !normals || !influence || !indices || !weights;
     int mesh = 0;
-    if (!g->failed) {
+    if (!g->w.failed) {
         cage_normals(&s.cage, normals);
         cage_triangles(&s.cage, indices);
         for (size_t i = 0; i < n; i++) {
@@ -369,7 +369,7 @@ static void add_wave(struct glb *g, const int nodes[JOINTS])
     add_turn(g, clip, nodes[RIGHT_UPPER_ARM], seconds, 2, raise);
     add_turn(g, clip, nodes[RIGHT_LOWER_ARM], seconds, 2, beckon);
     add_turn(g, clip, nodes[HEAD], seconds, 2, tilt);
-    glb_set(g, glb_component(g, "animations", clip, "animation"), "weight", 4.0);
+    glb_set(g, glb_component(g, NG_GLTF_ANIMATIONS, clip, "animation"), "weight", 4.0);
 }
 
 // ---- figures ----

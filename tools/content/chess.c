@@ -98,7 +98,7 @@ static void add_squares(struct chess *s, bool dark, int material)
     NG_ARRAY(uint32_t) indices = {0};
     bool ok = ng_array_resize(&positions, TILES * 8 * 3) && ng_array_resize(&uvs, TILES * 8 * 2) &&
               ng_array_resize(&indices, TILES * 30);
-    s->glb.failed |= !ok;
+    s->glb.w.failed |= !ok;
     double *p = positions.items, *uv = uvs.items;
     uint32_t *index = indices.items, tile = 0;
     for (int square = 0; ok && square < 64; square++) {
@@ -309,7 +309,7 @@ static void add_light(struct chess *s, int index, int animation, const char *nam
                                     .translation = {values[0][1][0], values[0][1][1], values[0][1][2]},
                                     .rotation = {rotation[0], rotation[1], rotation[2], rotation[3]}});
     s->lights[index] = node;
-    cJSON *light = glb_component(&s->glb, "nodes", node, "light_rectangle");
+    cJSON *light = glb_component(&s->glb, NG_GLTF_NODES, node, "light_rectangle");
     glb_set_list(&s->glb, light, "color", color, 3);
     glb_set(&s->glb, light, "radiance", radiance);
     glb_set_list(&s->glb, light, "size", size, 2);
@@ -372,7 +372,7 @@ static int add_view(struct glb *g, double wall_moved)
                                                     .translation = {0.0, 0.385, 0.95},
                                                     .rotation = {sin(0.5 * tilt), 0, 0, cos(0.5 * tilt)},
                                                     .camera = glb_add_camera(g, 0.77, 0.01) + 1});
-    cJSON *scale = glb_component(g, "scenes", 0, "scene_scale");
+    cJSON *scale = glb_component(g, NG_GLTF_SCENES, 0, "scene_scale");
     const double center[3] = {0.5 * wall_moved, 0.5 * ROOM_Y, 0.5 * (ROOM_BACK + ROOM_FRONT)};
     double half[3] = {ROOM_X + 0.5 * wall_moved, 0.5 * ROOM_Y, 0.5 * (ROOM_FRONT - ROOM_BACK)};
     glb_set_list(g, scale, "center", center, 3);

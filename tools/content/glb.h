@@ -7,6 +7,7 @@
 #ifndef CONTENT_GLB_H
 #define CONTENT_GLB_H
 
+#include "asset/gltf_writer.h"
 #include "base/array.h"
 #include "base/result.h"
 #include "cage.h"
@@ -19,9 +20,7 @@
 #define GLB_NONE (-1)
 
 struct glb {
-    cJSON *root;
-    struct bytes bin;
-    bool failed; // out of memory
+    struct ng_gltf_writer w;
 };
 
 void glb_init(struct glb *g);
@@ -95,10 +94,9 @@ struct glb_node {
 };
 
 int glb_add_node(struct glb *g, const struct glb_node *n);
-// An entry for one of the engine's components in a collection ("nodes",
-// "materials", "scenes", "animations"):
-// fill in its fields.
-cJSON *glb_component(struct glb *g, const char *collection, int index, const char *name);
+// An entry for one of the engine's components in a list of nodes, materials, scenes or animations: fill in
+// its fields.
+cJSON *glb_component(struct glb *g, enum ng_gltf_list list, int index, const char *name);
 // Sets a number, a list of numbers, or a switch of a JSON object. Null objects are ignored.
 void glb_set(struct glb *g, cJSON *object, const char *key, double value);
 void glb_set_list(struct glb *g, cJSON *object, const char *key, const double *values, int count);

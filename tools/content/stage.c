@@ -9,8 +9,8 @@ int stage_patch(struct glb *g, const char *name, const struct stage_patch *p, in
     double *normals = calloc((size_t)count * 3, sizeof *normals);
     double *uvs = calloc((size_t)count * 2, sizeof *uvs);
     uint32_t *indices = calloc((size_t)faces * 6, sizeof *indices);
-    g->failed |= !positions || !normals || !uvs || !indices;
-    for (uint32_t i = 0; i < count && !g->failed; i++) {
+    g->w.failed |= !positions || !normals || !uvs || !indices;
+    for (uint32_t i = 0; i < count && !g->w.failed; i++) {
         uint32_t row = i / across;
         double u = (double)(i % across) / p->columns, v = (double)row / p->rows;
         double repeat = p->repeat > 0.0 ? p->repeat : 1.0;
@@ -20,14 +20,14 @@ int stage_patch(struct glb *g, const char *name, const struct stage_patch *p, in
         uvs[i * 2] = u * repeat;
         uvs[i * 2 + 1] = (1.0 - v) * repeat;
     }
-    for (uint32_t f = 0; f < faces && !g->failed; f++) {
+    for (uint32_t f = 0; f < faces && !g->w.failed; f++) {
         uint32_t a = f / p->columns * across + f % p->columns, d = a + across;
         const uint32_t quad[6] = {a, a + 1, d + 1, a, d + 1, d};
         for (int k = 0; k < 6; k++)
             indices[f * 6 + (uint32_t)k] = quad[k];
     }
     int mesh = 0;
-    if (!g->failed) {
+    if (!g->w.failed) {
         int uv =
             p->uv_bits ? glb_normalized(g, uvs, count, 2, p->uv_bits) : glb_doubles(g, uvs, count, 2, false);
         mesh =
@@ -130,7 +130,7 @@ void stage_add_light(struct glb *g)
     int node = glb_add_node(g, &(struct glb_node){.name = "light",
                                                   .translation = {0, 3.5, 1.0},
                                                   .rotation = {-quarter, 0, 0, quarter}});
-    cJSON *light = glb_component(g, "nodes", node, "light_rectangle");
+    cJSON *light = glb_component(g, NG_GLTF_NODES, node, "light_rectangle");
     glb_set(g, light, "radiance", 11.0);
     glb_set_list(g, light, "size", (const double[2]){2, 2}, 2);
 }

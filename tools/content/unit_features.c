@@ -247,7 +247,7 @@ ng_result unit_animated_fields(struct bytes *out)
     int node = glb_add_node(&g, &(struct glb_node){.name = "lamp",
                                                    .translation = {-1, 2.4, 0.6},
                                                    .rotation = {-quarter, 0, 0, quarter}});
-    cJSON *light = glb_component(&g, "nodes", node, "light_rectangle");
+    cJSON *light = glb_component(&g, NG_GLTF_NODES, node, "light_rectangle");
     glb_set(&g, light, "radiance", 8.0);
     glb_set_list(&g, light, "size", (const double[2]){1, 1}, 2);
     int animation = glb_add_animation(&g, "fields");

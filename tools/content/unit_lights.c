@@ -55,7 +55,7 @@ static cJSON *add_area(struct glb *g, const char *component, double radiance)
     int node = glb_add_node(g, &(struct glb_node){.name = component,
                                                   .translation = {0.3, 2.2, 0.4},
                                                   .rotation = {-quarter, 0, 0, quarter}});
-    cJSON *light = glb_component(g, "nodes", node, component);
+    cJSON *light = glb_component(g, NG_GLTF_NODES, node, component);
     glb_set(g, light, "radiance", radiance);
     return light;
 }
@@ -116,7 +116,7 @@ ng_result unit_light_mesh(struct bytes *out)
                                .emissive = {14, 12, 9},
                                .emissive_texture = glb_texture(&g, "panes", texture_panes, GLB_REPEAT) + 1});
     int node = stage_place(&g, "lantern", stage_sphere(&g, "lantern", 0.35, material), 0.3, 2.0, 0.8);
-    glb_set(&g, glb_component(&g, "nodes", node, "light_mesh"), "scale", 1.0);
+    glb_set(&g, glb_component(&g, NG_GLTF_NODES, node, "light_mesh"), "scale", 1.0);
     return glb_finish(&g, out);
 }
 
@@ -129,7 +129,7 @@ ng_result unit_light_environment(struct bytes *out)
     // Turned by a third about the vertical, so that a map that ignores its rotation shows.
     const double turn = CONTENT_PI / 3.0;
     int node = glb_add_node(&g, &(struct glb_node){.name = "sky", .rotation = {0, sin(turn), 0, cos(turn)}});
-    cJSON *light = glb_component(&g, "nodes", node, "light_environment");
+    cJSON *light = glb_component(&g, NG_GLTF_NODES, node, "light_environment");
     glb_set(&g, light, "intensity", 1.0);
     glb_set_picture(&g, light, "map", "environment.hdr");
     return glb_finish(&g, out);

@@ -5,7 +5,7 @@
 void vary_add(struct glb *g, int parent, const struct vary *v)
 {
     int node = glb_add_node(g, &(struct glb_node){.name = v->name, .parent = parent});
-    cJSON *c = glb_component(g, "nodes", node, "variation");
+    cJSON *c = glb_component(g, NG_GLTF_NODES, node, "variation");
     glb_set_text(g, c, "kind", v->kind);
     if (v->field)
         glb_set_text(g, c, "field", v->field);
