@@ -186,6 +186,48 @@ bool ng_content_copy(enum ng_asset_kind kind, const union ng_content *from, unio
     return ok;
 }
 
+static bool same_bytes(const void *a, const void *b, size_t size)
+{
+    return (!a && !b) || (a && b && (size == 0 || memcmp(a, b, size) == 0));
+}
+
+static bool clips_equal(const struct ng_clip *a, const struct ng_clip *b)
+{
+    if (a->channel_count != b->channel_count || !same_bytes(&a->duration, &b->duration, sizeof a->duration))
+        return false;
+    for (uint32_t i = 0; i < a->channel_count; i++) {
+        const struct ng_channel *x = &a->channels[i], *y = &b->channels[i];
+        if (!ng_entity_same(x->target, y->target) || x->component != y->component ||
+            x->field_offset != y->field_offset || x->width != y->width || x->rotation != y->rotation ||
+            x->interpolation != y->interpolation || x->key_count != y->key_count ||
+            !same_bytes(x->times, y->times, times_size(x)) ||
+            !same_bytes(x->values, y->values, values_size(x)))
+            return false;
+    }
+    return true;
+}
+
+static bool images_equal(const struct ng_image *a, const struct ng_image *b)
+{
+    return a->width == b->width && a->height == b->height && a->levels == b->levels &&
+           a->format == b->format && a->repeat_u == b->repeat_u && a->repeat_v == b->repeat_v &&
+           a->size == b->size && same_bytes(a->pixels, b->pixels, a->size);
+}
+
+bool ng_content_equal(enum ng_asset_kind kind, const union ng_content *a, const union ng_content *b)
+{
+    size_t count;
+    const struct array *arrays = arrays_of(kind, &count);
+    for (size_t i = 0; i < count; i++)
+        if (arrays[i].part != NG_PART_REST &&
+            (bytes_of(a, &arrays[i]) != bytes_of(b, &arrays[i]) ||
+             !same_bytes(pointer_of(a, &arrays[i]), pointer_of(b, &arrays[i]), bytes_of(a, &arrays[i]))))
+            return false;
+    if (kind == NG_ASSET_IMAGE)
+        return images_equal(&a->image, &b->image);
+    return kind != NG_ASSET_CLIP || clips_equal(&a->clip, &b->clip);
+}
+
 // The first array of a part; those of a part stand together.
 static const struct array *first_of(enum ng_asset_kind kind, enum ng_content_part part, size_t *count)
 {

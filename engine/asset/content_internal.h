@@ -17,6 +17,8 @@ enum ng_content_part { NG_PART_TOPOLOGY, NG_PART_POINTS, NG_PART_REST };
 
 void ng_content_finish(enum ng_asset_kind kind, union ng_content *c);
 size_t ng_content_size(enum ng_asset_kind kind, const union ng_content *c); // bytes of all arrays
+// Whether all is the same, bit for bit; rest points and revisions do not count.
+bool ng_content_equal(enum ng_asset_kind kind, const union ng_content *a, const union ng_content *b);
 // A copy with arrays of its own; false when out of memory, and nothing was made.
 bool ng_content_copy(enum ng_asset_kind kind, const union ng_content *from, union ng_content *to);
 // Puts copies of the points (positions, normals, tangents) in their place and the originals into `original`,

@@ -1,7 +1,7 @@
 // A load in the order of dependence: nodes and materials first (they are referred to), then what hangs on the
 // nodes, then animations, then what the file left out. Everything made is below one root entity or in
 // the list of added assets, so that a failure takes all of it back.
-#include "asset/gltf_loader_internal.h"
+#include "asset/gltf_origin_internal.h"
 #include "asset/image_internal.h"
 #include "base/file.h"
 #include "base/log.h"
@@ -101,12 +101,13 @@ static bool allocate_tables(struct gltf_loader *l)
     l->skin_placed = calloc(d->skin_count + (size_t)1, sizeof *l->skin_placed);
     l->nodes = calloc(d->node_count + (size_t)1, sizeof *l->nodes);
     l->materials = calloc(d->material_count + (size_t)1, sizeof *l->materials);
+    l->animations = calloc(d->animation_count + (size_t)1, sizeof *l->animations);
     l->skins = calloc(d->skin_count + (size_t)1, sizeof *l->skins);
     l->joint_of = calloc(d->node_count + (size_t)1, sizeof *l->joint_of);
     l->images = calloc(d->image_count + (size_t)1, sizeof *l->images);
     l->image_lost = calloc(d->image_count + (size_t)1, sizeof *l->image_lost);
     return l->parents && l->order && l->ordered && l->placed && l->skin_placed && l->nodes && l->materials &&
-           l->skins && l->joint_of && l->images && l->image_lost;
+           l->animations && l->skins && l->joint_of && l->images && l->image_lost;
 }
 
 static ng_result load(struct gltf_loader *l)
@@ -154,6 +155,7 @@ static void finish(struct gltf_loader *l)
     free(l->skin_placed);
     free(l->nodes);
     free(l->materials);
+    free(l->animations);
     free(l->skins);
     free(l->joint_of);
     free(l->made);
@@ -197,6 +199,8 @@ static ng_result load_file(struct gltf_loader *l)
     l->out.foreign = ng_gltf_is_foreign(doc);
     name_pictures(l);
     ng_result r = load(l);
+    if (r == NG_OK && l->limits.keep)
+        r = ng_gltf_keep(l, &doc);
     if (r != NG_OK)
         take_back(l);
     finish(l);

@@ -21,6 +21,10 @@ enum ng_gltf_emitters {
     NG_GLTF_EMITTERS_ON,
     NG_GLTF_EMITTERS_OFF,
 };
+// What a file was, kept beside what it became: its document with everything in it that the engine does not
+// use, the bytes of its buffers and pictures, and the values that its entities had (gltf_save.h).
+struct ng_gltf_origin;
+void ng_gltf_origin_destroy(struct ng_gltf_origin **origin);
 
 // Limits on what a file may ask for. Zero members take the default.
 struct ng_gltf_params {
@@ -36,6 +40,7 @@ struct ng_gltf_params {
     enum ng_gltf_emitters emissive_lights;
     const char
         *clip; // which clips play, as ng_clips_play has it (anim/clips.h); null: the first of each field
+    bool keep; // what saving needs to give back what the engine does not use: see `origin`
     // Called with the path of each file that the document names, unused pictures too. May be null.
     void (*file)(void *user, const char *path);
     void *user;
@@ -55,6 +60,7 @@ struct ng_gltf_scene {
     float bounds_min[3], bounds_max[3]; // box of what is seen at time 0, metres; zeros: nothing is
     float duration;                     // of the longest clip, seconds; 0: nothing is animated
     uint64_t hash; // of the bytes of every file that was read, wherever they lie: what the scene is
+    struct ng_gltf_origin *origin; // with params.keep; the caller's to destroy. Else null
 };
 
 // Adds the file's default scene to a world whose components are the engine's (ng_components_register).

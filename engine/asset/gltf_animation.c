@@ -263,6 +263,7 @@ static ng_result add_animation(struct gltf_loader *l, uint32_t index, ng_entity 
     ng_array_push(&l->added, animation.clip);
     ng_entity e;
     NG_TRY(ng_gltf_entity(l, group, a->name, "animation", index, &e));
+    l->animations[index] = e;
     NG_TRY(ng_gltf_add(l, e, where, NG_ANIMATION, &animation));
     const struct gltf_value *components = ng_gltf_member(a->extension, "components");
     struct ng_clip_player player = {e, ng_assets_clip(l->assets, animation.clip),

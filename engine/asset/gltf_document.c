@@ -433,6 +433,9 @@ static ng_result read_document(struct gltf_faults *faults, const struct ng_gltf_
         ng_log_error("%s: is not a glTF file", faults->path);
         return NG_ERROR_FORMAT;
     }
+    doc->file_size = size;
+    doc->json_offset = (size_t)(container.json - (const char *)data);
+    doc->json_size = container.json_size;
     NG_TRY(ng_gltf_json(faults, container.json, container.json_size, &doc->arena, &doc->root));
     NG_TRY(check_version(faults->path, doc->root));
     NG_TRY(check_required(faults->path, doc->root));

@@ -21,7 +21,7 @@ struct gltf_shape {
 };
 
 struct gltf_instance {
-    uint32_t node;
+    uint32_t node, primitive;  // of its mesh
     int skin;                  // -1: none
     struct ng_transform place; // of a copy, below the node
     ng_entity entity;
@@ -62,6 +62,7 @@ struct gltf_loader {
     bool *skin_placed;     // [skin_count]: its joints are in the order
     ng_entity *nodes;      // [node_count], null: not in the scene
     ng_entity *materials;  // [material_count]
+    ng_entity *animations; // [animation_count]
     ng_asset *skins;       // [skin_count]
     uint32_t *joint_of;    // [node_count]: 1 + the last skin that listed it
     ng_asset (*images)[8]; // [image_count] by srgb, repeat_u, repeat_v

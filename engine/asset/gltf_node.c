@@ -337,7 +337,7 @@ static ng_result attach_primitive(struct gltf_loader *l, const char *where, uint
 {
     const struct gltf_node *n = &l->doc->nodes[node];
     const struct gltf_primitive *p = &l->doc->meshes[n->mesh].primitives[index];
-    struct gltf_instance instance = {.node = node, .place = *place, .entity = e};
+    struct gltf_instance instance = {.node = node, .primitive = index, .place = *place, .entity = e};
     NG_TRY(ng_gltf_shape(l, (uint32_t)n->mesh, index, &instance.shape));
     if (!instance.shape.geometry.id) // points or lines, or it was lost
         return NG_OK;

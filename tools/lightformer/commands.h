@@ -49,5 +49,6 @@ extern const struct cli_command cli_bench_command;
 extern const struct cli_command cli_compare_command;
 extern const struct cli_command cli_dataset_command;
 extern const struct cli_command cli_net_command;
+extern const struct cli_command cli_convert_command;
 
 #endif

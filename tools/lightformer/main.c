@@ -13,7 +13,7 @@
 
 static const struct cli_command *const commands[] = {
     &cli_render_command,  &cli_view_command,    &cli_info_command, &cli_bench_command,
-    &cli_compare_command, &cli_dataset_command, &cli_net_command,
+    &cli_compare_command, &cli_dataset_command, &cli_net_command,  &cli_convert_command,
 };
 
 static void print_overview(FILE *out)
