@@ -430,23 +430,36 @@ static ng_result check_params(const struct ng_exr_params *p)
     return NG_OK;
 }
 
-ng_result ng_exr_write(const char *path, const struct ng_exr_params *params)
+ng_result ng_exr_encode(const char *name, const struct ng_exr_params *params, void **data, size_t *size)
 {
+    *data = NULL;
     NG_TRY(check_params(params));
-    struct writer w = {.path = path, .params = params};
+    struct writer w = {.path = name, .params = params};
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     init.error_handler_fn = on_write_error;
     init.user_data = &w;
     init.write_fn = write_bytes;
-    bool ok = exr_start_write(&w.context, path, EXR_WRITE_FILE_DIRECTLY, &init) == EXR_ERR_SUCCESS &&
+    bool ok = exr_start_write(&w.context, name, EXR_WRITE_FILE_DIRECTLY, &init) == EXR_ERR_SUCCESS &&
               write_header(&w) && write_pixels(&w);
     // The table of chunks is written when the context ends.
     ok = exr_finish(&w.context) == EXR_ERR_SUCCESS && ok;
-    ng_result result = NG_ERROR_MEMORY;
-    if (ok)
-        result = ng_file_write(path, w.bytes.items, w.bytes.count);
-    else if (!w.reported)
-        ng_log_error("%s: out of memory while encoding", path);
-    ng_array_finish(&w.bytes);
+    if (!ok) {
+        if (!w.reported)
+            ng_log_error("%s: out of memory while encoding", name);
+        ng_array_finish(&w.bytes);
+        return NG_ERROR_MEMORY;
+    }
+    *data = w.bytes.items;
+    *size = w.bytes.count;
+    return NG_OK;
+}
+
+ng_result ng_exr_write(const char *path, const struct ng_exr_params *params)
+{
+    void *data;
+    size_t size;
+    NG_TRY(ng_exr_encode(path, params, &data, &size));
+    ng_result result = ng_file_write(path, data, size);
+    free(data);
     return result;
 }

@@ -38,6 +38,9 @@ struct ng_exr_params {
 // Scan lines, ZIP compression. Written beside the path and renamed when complete: readers see the old file or
 // the new one. The bytes depend on the parameters alone.
 NG_NODISCARD ng_result ng_exr_write(const char *path, const struct ng_exr_params *params);
+// The file's bytes alone, from malloc. `name` is for messages.
+NG_NODISCARD ng_result ng_exr_encode(const char *name, const struct ng_exr_params *params, void **data,
+                                     size_t *size);
 
 struct ng_exr_plane {
     char *name;

@@ -118,7 +118,10 @@ static bool keep_entities(struct gltf_loader *l, struct ng_gltf_origin *o)
 {
     for (ng_entity e = l->out.root; !ng_entity_is_null(e);
          e = ng_world_next_below(l->world, l->out.root, e)) {
-        struct gltf_kept kept = {.entity = e, .parent = ng_world_parent(l->world, e)};
+        struct gltf_kept kept = {.entity = e,
+                                 .parent = ng_world_parent(l->world, e),
+                                 .first_child = ng_world_first_child(l->world, e),
+                                 .next_sibling = ng_world_next_sibling(l->world, e)};
         if (!keep_values(o, l->world, &kept) || !ng_array_push(&o->entities, kept))
             return false;
     }

@@ -20,7 +20,7 @@ enum gltf_role {
 };
 
 struct gltf_kept {
-    ng_entity entity, parent;
+    ng_entity entity, parent, first_child, next_sibling;
     enum gltf_role role;
     int index;           // of the node (of a primitive, too), material or animation
     uint32_t primitive;  // of the node's mesh

@@ -191,7 +191,7 @@ static ng_result put_named(struct gltf_saver *s, cJSON *object, const char *old,
     return s->w.failed ? ng_out_of_memory(s->path) : NG_OK;
 }
 
-// A name for the document's own data: its own, with another ending, percent-encoded.
+// A name for a file that belongs to the document: its own, with another ending, percent-encoded.
 static void own_name(const struct gltf_saver *s, const char *ending, char *out, size_t size)
 {
     const char *name = ng_path_name(s->path), *extension = ng_path_extension(s->path);
@@ -205,6 +205,17 @@ static void own_name(const struct gltf_saver *s, const char *ending, char *out, 
     snprintf(out + n, size - n, "%s", ending);
 }
 
+void ng_gltf_save_beside(struct gltf_saver *s, cJSON *object, const char *ending, const void *data,
+                         size_t size)
+{
+    char name[4096];
+    own_name(s, ending, name, sizeof name);
+    if (put_beside(s, name, data, size) == NG_OK)
+        ng_gltf_json_text(&s->w, object, "uri", name);
+    else
+        s->w.failed = true;
+}
+
 static ng_result place_buffer(struct gltf_saver *s, cJSON *buffer, const struct content *c)
 {
     const char *uri = text_of(buffer, "uri");
@@ -216,11 +227,8 @@ static ng_result place_buffer(struct gltf_saver *s, cJSON *buffer, const struct 
         return NG_OK;
     if (uri)
         return put_named(s, buffer, uri, c->data, c->size);
-    char name[4096];
-    own_name(s, ".bin", name, sizeof name);
-    NG_TRY(put_beside(s, name, c->data, c->size));
-    ng_gltf_json_text(&s->w, buffer, "uri", name);
-    return NG_OK;
+    ng_gltf_save_beside(s, buffer, ".bin", c->data, c->size);
+    return s->w.failed ? ng_out_of_memory(s->path) : NG_OK;
 }
 
 // Pictures that the document names go with it. `object` may be anything with a "uri".

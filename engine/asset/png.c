@@ -212,23 +212,37 @@ static ng_result encode(struct writer *w, const struct ng_png_params *p)
     return NG_OK;
 }
 
-ng_result ng_png_write(const char *path, const struct ng_png_params *params)
+ng_result ng_png_encode(const char *name, const struct ng_png_params *params, void **data, size_t *size)
 {
+    *data = NULL;
     NG_REQUIRE(params->width && params->height && params->pixels, "a picture needs pixels");
     NG_REQUIRE(params->channels == 0 || params->channels == 3 || params->channels == 4,
                "a picture has 3 or 4 channels, not %u", params->channels);
     struct writer w = {0};
-    w.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, (void *)path, on_error, on_warning);
+    w.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, (void *)name, on_error, on_warning);
     w.info = w.png ? png_create_info_struct(w.png) : NULL;
     ng_result r = NG_ERROR_MEMORY;
     if (w.info)
         r = encode(&w, params);
     else
-        ng_out_of_memory(path);
+        ng_out_of_memory(name);
     png_destroy_write_struct(&w.png, &w.info);
     free(w.texts);
-    if (r == NG_OK)
-        r = ng_file_write(path, w.bytes.items, w.bytes.count);
-    ng_array_finish(&w.bytes);
+    if (r != NG_OK) {
+        ng_array_finish(&w.bytes);
+        return r;
+    }
+    *data = w.bytes.items;
+    *size = w.bytes.count;
+    return NG_OK;
+}
+
+ng_result ng_png_write(const char *path, const struct ng_png_params *params)
+{
+    void *data;
+    size_t size;
+    NG_TRY(ng_png_encode(path, params, &data, &size));
+    ng_result r = ng_file_write(path, data, size);
+    free(data);
     return r;
 }

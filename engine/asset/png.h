@@ -23,6 +23,9 @@ struct ng_png_params {
 // Marked as sRGB. Written beside the path and renamed when complete. The bytes depend on the parameters
 // alone.
 NG_NODISCARD ng_result ng_png_write(const char *path, const struct ng_png_params *params);
+// The file's bytes alone, from malloc. `name` is for messages.
+NG_NODISCARD ng_result ng_png_encode(const char *name, const struct ng_png_params *params, void **data,
+                                     size_t *size);
 
 // Any PNG as RGBA8 (16 bits are rounded, palettes and grey expanded, interlacing undone), without mips.
 NG_NODISCARD ng_result ng_png_decode(const char *name, const void *data, size_t size,

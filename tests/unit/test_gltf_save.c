@@ -89,6 +89,13 @@ static void assert_same_file(const char *a, const char *b)
     free(y);
 }
 
+// A camera that loading made comes after all else, one of the file does not.
+static void drop_camera(struct scene *s)
+{
+    if (s->loaded.camera_made)
+        assert_int_equal(ng_entity_destroy(s->world, s->loaded.camera), NG_OK);
+}
+
 // ---- whole files -----------------------------------------------------------------------------------------
 
 static void an_unchanged_file_keeps_its_bytes(void **state)
@@ -135,10 +142,36 @@ static void the_other_kind_of_file_holds_the_same_scene(void **state)
     names_finish(&names);
 }
 
+// Without what the file was all is written anew.
+static void a_world_alone_is_written_whole(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const endings[] = {".glb", ".gltf"};
+    struct names names;
+    names_find(&names);
+    for (size_t i = 0; i < names.paths.count; i++)
+        for (size_t k = 0; k < NG_COUNT(endings); k++) {
+            char out[512];
+            struct scene a, b;
+            place(out, "alone", ng_path_name(names.paths.items[i]));
+            strcpy(strrchr(out, '.'), endings[k]);
+            load(&a, names.paths.items[i], false);
+            drop_camera(&a);
+            save(&a, out);
+            load(&b, out, false);
+            drop_camera(&b);
+            scene_assert_equal(&a, &b, out);
+            scene_finish(&a);
+            scene_finish(&b);
+        }
+    names_finish(&names);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_unchanged_file_keeps_its_bytes),
+        cmocka_unit_test(a_world_alone_is_written_whole),
         cmocka_unit_test(the_other_kind_of_file_holds_the_same_scene),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,123 @@
+// Clips into animations: what drives a node's transform is the standard's, all else NG_scene's.
+#include "asset/gltf_save_internal.h"
+#include "base/log.h"
+#include "components/animation.h"
+#include "components/components.h"
+#include "components/transform.h"
+
+#include <cjson/cJSON.h>
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void normalize4(float *v)
+{
+    float length = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3]);
+    for (int i = 0; i < 4; i++)
+        v[i] /= length;
+}
+
+static int add_values(struct gltf_saver *s, const struct ng_channel *c)
+{
+    unsigned parts = c->interpolation == NG_INTERPOLATION_CUBIC ? 3 : 1;
+    size_t count = (size_t)c->key_count * parts;
+    float *values = malloc(count * c->width * sizeof *values + 1);
+    if (!values) {
+        s->w.failed = true;
+        return 0;
+    }
+    memcpy(values, c->values, count * c->width * sizeof *values);
+    for (size_t i = 0; c->rotation && i < c->key_count; i++) {
+        size_t at = (i * parts + parts / 2) * c->width;
+        ng_gltf_before_normalizing(normalize4, 4, c->values + at, values + at);
+    }
+    int index = ng_gltf_add_floats(&s->w, values, count, c->width, NG_GLTF_NO_TARGET, false);
+    free(values);
+    return index;
+}
+
+// Channels mostly share their times.
+struct times {
+    const struct ng_channel *channel;
+    int accessor;
+};
+
+static int add_times(struct gltf_saver *s, const struct ng_channel *c, struct times *last)
+{
+    if (!last->channel || last->channel->key_count != c->key_count ||
+        memcmp(last->channel->times, c->times, c->key_count * sizeof *c->times) != 0)
+        *last =
+            (struct times){c, ng_gltf_add_floats(&s->w, c->times, c->key_count, 1, NG_GLTF_NO_TARGET, true)};
+    return last->accessor;
+}
+
+static int add_sampler(struct gltf_saver *s, cJSON *samplers, const struct ng_channel *c, struct times *last)
+{
+    static const char *const names[] = {"STEP", "LINEAR", "CUBICSPLINE"};
+    cJSON *sampler = ng_gltf_json_append(&s->w, samplers);
+    ng_gltf_json_number(&s->w, sampler, "input", add_times(s, c, last));
+    ng_gltf_json_text(&s->w, sampler, "interpolation", names[c->interpolation]);
+    ng_gltf_json_number(&s->w, sampler, "output", add_values(s, c));
+    return cJSON_GetArraySize(samplers) - 1;
+}
+
+static const struct ng_field *find_field(const struct gltf_saver *s, const struct ng_channel *c)
+{
+    const struct ng_component_desc *desc = ng_world_component(s->world, c->component);
+    for (uint32_t i = 0; i < desc->field_count; i++)
+        if (desc->fields[i].offset == c->field_offset)
+            return &desc->fields[i];
+    return NULL;
+}
+
+static void add_channel(struct gltf_saver *s, cJSON *animation, const struct ng_channel *c,
+                        struct times *last)
+{
+    const struct gltf_saved *p = ng_gltf_saved(s, c->target);
+    const struct ng_field *f = find_field(s, c);
+    if (!f || !p || (p->role != GLTF_NODE && p->role != GLTF_MATERIAL)) {
+        if (!s->warned_channel && !ng_entity_is_null(c->target))
+            ng_log_warn("%s: a channel drives what is neither a node nor a material; it is left out",
+                        s->path);
+        s->warned_channel = true;
+        return;
+    }
+    bool standard = c->component == NG_TRANSFORM && p->role == GLTF_NODE;
+    cJSON *owner = standard ? animation : ng_gltf_json_extension(&s->w, animation, "NG_scene");
+    cJSON *channel = ng_gltf_json_append(&s->w, ng_gltf_json_list(&s->w, owner, "channels"));
+    ng_gltf_json_number(&s->w, channel, "sampler",
+                        add_sampler(s, ng_gltf_json_list(&s->w, animation, "samplers"), c, last));
+    cJSON *target = standard ? ng_gltf_json_object(&s->w, channel, "target") : channel;
+    ng_gltf_json_number(&s->w, target, p->role == GLTF_NODE ? "node" : "material", p->index);
+    if (!standard)
+        ng_gltf_json_text(&s->w, target, "component", ng_world_component(s->world, c->component)->name);
+    ng_gltf_json_text(&s->w, target, standard ? "path" : "field", f->name);
+}
+
+static void put_clip(struct gltf_saver *s, cJSON *animation, const struct ng_clip *clip)
+{
+    struct times last = {0};
+    ng_gltf_json_remove(animation, "channels");
+    ng_gltf_json_remove(animation, "samplers");
+    ng_gltf_json_remove(cJSON_GetObjectItemCaseSensitive(
+                            cJSON_GetObjectItemCaseSensitive(animation, "extensions"), "NG_scene"),
+                        "channels");
+    ng_gltf_json_list(&s->w, animation, "channels");
+    for (uint32_t i = 0; i < clip->channel_count; i++)
+        add_channel(s, animation, &clip->channels[i], &last);
+}
+
+void ng_gltf_save_animation(struct gltf_saver *s, const struct gltf_saved *p)
+{
+    cJSON *json = ng_gltf_saved_json(s, p);
+    const struct ng_animation *now = ng_world_get(s->world, p->entity, NG_ANIMATION);
+    const struct ng_animation *was = ng_gltf_kept_value(s->origin, s->world, p->kept, NG_ANIMATION);
+    const struct ng_clip *clip = ng_assets_clip(s->assets, now->clip);
+    ng_gltf_save_name(s, p, json);
+    if (clip &&
+        (!was || was->clip.id != now->clip.id || !ng_gltf_kept_asset(s->origin, s->assets, now->clip)))
+        put_clip(s, json, clip);
+    ng_gltf_save_component(s, p, json, NG_ANIMATION, NG_GLTF_IMPLIED);
+    ng_gltf_save_others(s, p, json, (uint64_t)1 << NG_ANIMATION);
+}
