@@ -398,24 +398,30 @@ static bool put_other_chunks(const struct gltf_saver *s, struct ng_gltf_bytes *o
     return true;
 }
 
-// A whole number beyond 32 bits is a real one where glTF has it, and is to be read as one.
-static bool mark_reals(cJSON *value)
+// How cJSON would not print a number such that it is read as this one again; false if it would. A whole
+// number beyond 32 bits is a real one where glTF has it, and integers have no -0.
+static bool needs_text(double v, bool extra, char *text, size_t size)
+{
+    snprintf(text, size, "%.1f", v);
+    if (v == floor(v) && fabs(v) < 1e15)
+        return (v == 0 && signbit(v)) || (!extra && fabs(v) > UINT32_MAX);
+    snprintf(text, size, "%1.15g", v);
+    if (strtod(text, NULL) == v)
+        return false;
+    snprintf(text, size, "%.17g", v);
+    return true;
+}
+
+static bool mark_numbers(cJSON *value, bool extra)
 {
     cJSON *item;
     char text[40];
     cJSON_ArrayForEach(item, value)
     {
-        if (item->string && strcmp(item->string, "extras") == 0)
+        if (!mark_numbers(item, extra || (item->string && strcmp(item->string, "extras") == 0)))
+            return false;
+        if (!cJSON_IsNumber(item) || !needs_text(item->valuedouble, extra, text, sizeof text))
             continue;
-        if (!cJSON_IsNumber(item)) {
-            if (!mark_reals(item))
-                return false;
-            continue;
-        }
-        double v = item->valuedouble;
-        if (fabs(v) <= UINT32_MAX || fabs(v) >= 1e15 || v != floor(v))
-            continue;
-        snprintf(text, sizeof text, "%.1f", v);
         item->valuestring = cJSON_malloc(strlen(text) + 1);
         if (!item->valuestring)
             return false;
@@ -478,7 +484,7 @@ static ng_result make_document(struct gltf_saver *s, struct ng_gltf_bytes *out)
     if (same_kind && !s->w.data.count && cJSON_Compare(s->w.root, s->origin->json, true))
         ok = ng_gltf_bytes_append(out, s->origin->doc->files.items[0], s->origin->doc->file_size);
     else
-        ok = !s->w.failed && mark_reals(s->w.root) &&
+        ok = !s->w.failed && mark_numbers(s->w.root, false) &&
              (s->binary ? print_binary(s, &data, out) : print_text(s, out));
     return ok ? NG_OK : ng_out_of_memory(s->path);
 }
