@@ -135,8 +135,18 @@ static bool keep_entities(struct gltf_loader *l, struct ng_gltf_origin *o)
         set_role(o, l->animations[i], GLTF_ANIMATION, (int)i, 0);
     for (size_t i = 0; i < l->instances.count; i++) {
         const struct gltf_instance *instance = &l->instances.items[i];
-        if (!ng_entity_same(instance->entity, l->nodes[instance->node]))
-            set_role(o, instance->entity, GLTF_PRIMITIVE, (int)instance->node, instance->primitive);
+        ng_entity node = l->nodes[instance->node], e = instance->entity,
+                  parent = ng_world_parent(l->world, e);
+        bool several = l->doc->meshes[l->doc->nodes[instance->node].mesh].primitive_count > 1;
+        if (ng_entity_same(e, node))
+            continue;
+        if (several && ng_entity_same(parent, node)) {
+            set_role(o, e, GLTF_PRIMITIVE, (int)instance->node, instance->primitive);
+            continue;
+        }
+        set_role(o, e, GLTF_COPY, (int)instance->node, instance->primitive);
+        if (several)
+            set_role(o, parent, GLTF_COPY, (int)instance->node, 0);
     }
     return true;
 }
@@ -152,19 +162,20 @@ static bool keep_assets(struct gltf_loader *l, struct ng_gltf_origin *o)
     if (o->assets.count)
         qsort(o->assets.items, o->assets.count, sizeof *o->assets.items, compare_assets);
     size_t primitives = 0;
-    for (uint32_t i = 0; i < l->doc->mesh_count; i++)
+    o->first_primitive = calloc(l->doc->mesh_count + (size_t)1, sizeof *o->first_primitive);
+    for (uint32_t i = 0; o->first_primitive && i < l->doc->mesh_count; i++) {
+        o->first_primitive[i] = (uint32_t)primitives;
         primitives += l->doc->meshes[i].primitive_count;
+    }
     o->shapes = calloc(primitives + 1, sizeof *o->shapes);
     for (size_t i = 0; o->shapes && l->made && i < primitives; i++)
         if (l->made[i])
             o->shapes[i] = *l->made[i];
-    o->first_primitive = l->first_primitive;
     o->images = l->images;
     o->skins = l->skins;
-    l->first_primitive = NULL;
     l->images = NULL;
     l->skins = NULL;
-    return o->shapes;
+    return o->first_primitive && o->shapes;
 }
 
 // ---- pictures --------------------------------------------------------------------------------------------
@@ -227,6 +238,7 @@ static ng_result fill(struct gltf_loader *l, struct ng_gltf_origin *o)
 {
     const struct gltf_document *d = o->doc;
     o->path = strdup(l->path);
+    o->foreign = l->out.foreign;
     o->json = cJSON_ParseWithLength((const char *)d->files.items[0] + d->json_offset, d->json_size);
     if (!o->json && o->path) {
         ng_log_error("%s: its JSON cannot be kept for saving", l->path);

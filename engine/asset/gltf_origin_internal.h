@@ -15,6 +15,7 @@ enum gltf_role {
     GLTF_ROOT, // the scene
     GLTF_NODE,
     GLTF_PRIMITIVE, // of a mesh that has several
+    GLTF_COPY,      // of a node's mesh (EXT_mesh_gpu_instancing), and what is below one
     GLTF_MATERIAL,
     GLTF_ANIMATION,
 };
@@ -22,7 +23,7 @@ enum gltf_role {
 struct gltf_kept {
     ng_entity entity, parent, first_child, next_sibling;
     enum gltf_role role;
-    int index;           // of the node (of a primitive, too), material or animation
+    int index;           // of the node (of a primitive or copy, too), material or animation
     uint32_t primitive;  // of the node's mesh
     uint64_t components; // it had, without derived ones
     size_t values;       // of these, in the order of their ids: where they begin in `values`
@@ -44,6 +45,7 @@ struct ng_gltf_origin {
     struct gltf_document *doc; // ours
     struct cJSON *json;
     char *path;
+    bool foreign;                            // nothing in it is NG_scene's
     NG_ARRAY(struct gltf_kept) entities;     // by entity
     NG_ARRAY(struct gltf_kept_asset) assets; // by asset
     NG_ARRAY(unsigned char) values;

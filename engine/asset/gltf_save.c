@@ -122,6 +122,52 @@ static bool is_primitive(struct gltf_saver *s, const struct gltf_kept *kept)
     return true;
 }
 
+// Whether the same children follow each other as when the file was loaded.
+static bool same_children(const struct gltf_saver *s, ng_entity parent)
+{
+    const struct gltf_kept *kept = ng_gltf_kept(s->origin, parent);
+    ng_entity expected = kept ? kept->first_child : (ng_entity){0};
+    ng_entity child = ng_world_first_child(s->world, parent);
+    while (kept && ng_entity_same(child, expected) && !ng_entity_is_null(child)) {
+        expected = ng_gltf_kept(s->origin, child)->next_sibling;
+        child = ng_world_next_sibling(s->world, child);
+    }
+    return kept && ng_entity_is_null(child) && ng_entity_is_null(expected);
+}
+
+// Whether all below an entity is as it was loaded.
+static bool is_untouched_below(struct gltf_saver *s, ng_entity top)
+{
+    for (ng_entity e = top; !ng_entity_is_null(e); e = ng_world_next_below(s->world, top, e)) {
+        const struct gltf_kept *kept = ng_gltf_kept(s->origin, e);
+        if (!kept || !ng_entity_same(ng_world_parent(s->world, e), kept->parent) || !is_untouched(s, kept) ||
+            !same_children(s, e))
+            return false;
+    }
+    return true;
+}
+
+// Copies of a node's mesh stay copies as long as nobody touched any.
+static bool are_copies(struct gltf_saver *s, const struct gltf_kept *copy)
+{
+    if (s->copies_known && s->copies_of == copy->index)
+        return s->copies_stay;
+    const struct gltf_saved *node = NULL;
+    for (ng_entity e = copy->parent; !node && !ng_entity_is_null(e); e = ng_world_parent(s->world, e)) {
+        const struct gltf_saved *p = ng_gltf_saved(s, e);
+        node = p && p->role == GLTF_NODE && p->kept && p->index == copy->index ? p : NULL;
+    }
+    bool stay = node;
+    ng_entity e = node ? node->kept->first_child : (ng_entity){0};
+    for (; stay && !ng_entity_is_null(e); e = ng_gltf_kept(s->origin, e)->next_sibling)
+        if (ng_gltf_kept(s->origin, e)->role == GLTF_COPY)
+            stay = ng_entity_same(ng_world_parent(s->world, e), node->entity) && is_untouched_below(s, e);
+    s->copies_known = true;
+    s->copies_of = copy->index;
+    s->copies_stay = stay;
+    return stay;
+}
+
 static enum gltf_role find_role(struct gltf_saver *s, ng_entity e, const struct gltf_kept *kept)
 {
     enum gltf_role was = kept ? kept->role : GLTF_MADE;
@@ -133,6 +179,8 @@ static enum gltf_role find_role(struct gltf_saver *s, ng_entity e, const struct 
         return GLTF_ANIMATION;
     if (was == GLTF_PRIMITIVE && is_primitive(s, kept))
         return GLTF_PRIMITIVE;
+    if (was == GLTF_COPY)
+        return are_copies(s, kept) ? GLTF_MADE : GLTF_NODE;
     if (is_group(s, e) || (kept && was == GLTF_MADE && is_untouched(s, kept) &&
                            ng_entity_is_null(ng_world_first_child(s->world, e))))
         return GLTF_MADE;
@@ -193,19 +241,6 @@ static ng_result give_places(struct gltf_saver *s)
 }
 
 // ---- hierarchy -------------------------------------------------------------------------------------------
-
-// Whether the same children follow each other as when the file was loaded.
-static bool same_children(const struct gltf_saver *s, ng_entity parent)
-{
-    const struct gltf_kept *kept = ng_gltf_kept(s->origin, parent);
-    ng_entity expected = kept ? kept->first_child : (ng_entity){0};
-    ng_entity child = ng_world_first_child(s->world, parent);
-    while (kept && ng_entity_same(child, expected) && !ng_entity_is_null(child)) {
-        expected = ng_gltf_kept(s->origin, child)->next_sibling;
-        child = ng_world_next_sibling(s->world, child);
-    }
-    return kept && ng_entity_is_null(child) && ng_entity_is_null(expected);
-}
 
 // Nodes that became others, or that others became, move a list too.
 static bool same_roles(const struct gltf_saver *s, ng_entity parent)

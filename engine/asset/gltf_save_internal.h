@@ -67,7 +67,9 @@ struct gltf_saver {
     NG_ARRAY(uint32_t) mesh_users;                  // nodes that have a mesh
     NG_ARRAY(struct gltf_beside) beside;
     NG_ARRAY(void *) owned; // bytes that `beside` borrows
-    size_t new_pictures;    // beside
+    int copies_of;          // the node whose copies were looked at last: whether they stay
+    bool copies_known, copies_stay;
+    size_t new_pictures; // beside
     bool warned_entity, warned_channel;
 };
 

@@ -17,24 +17,25 @@ static const struct ng_material standard = {.base_color = {1, 1, 1},
                                             .alpha = 1,
                                             .alpha_cutoff = 0.5f};
 
-// Where the number or the texture of a field stands.
+// Where the number or the texture of a field stands; of a texture also the field of its coordinates.
 struct slot {
-    const char *field, *object, *key, *extension;
+    const char *field, *object, *key, *extension, *uv_set;
 };
 
 static const struct slot numbers[] = {
-    {"metallic", "pbrMetallicRoughness", "metallicFactor", NULL},
-    {"roughness", "pbrMetallicRoughness", "roughnessFactor", NULL},
-    {"emissive", NULL, "emissiveFactor", NULL},
-    {"emissive_strength", NULL, "emissiveStrength", "KHR_materials_emissive_strength"},
-    {"alpha_cutoff", NULL, "alphaCutoff", NULL},
+    {"metallic", "pbrMetallicRoughness", "metallicFactor", NULL, NULL},
+    {"roughness", "pbrMetallicRoughness", "roughnessFactor", NULL, NULL},
+    {"emissive", NULL, "emissiveFactor", NULL, NULL},
+    {"emissive_strength", NULL, "emissiveStrength", "KHR_materials_emissive_strength", NULL},
+    {"alpha_cutoff", NULL, "alphaCutoff", NULL, NULL},
 };
 
 static const struct slot textures[] = {
-    {"base_color_texture", "pbrMetallicRoughness", "baseColorTexture", NULL},
-    {"metallic_roughness_texture", "pbrMetallicRoughness", "metallicRoughnessTexture", NULL},
-    {"normal_texture", NULL, "normalTexture", NULL},
-    {"emissive_texture", NULL, "emissiveTexture", NULL},
+    {"base_color_texture", "pbrMetallicRoughness", "baseColorTexture", NULL, "base_color_uv_set"},
+    {"metallic_roughness_texture", "pbrMetallicRoughness", "metallicRoughnessTexture", NULL,
+     "metallic_roughness_uv_set"},
+    {"normal_texture", NULL, "normalTexture", NULL, "normal_uv_set"},
+    {"emissive_texture", NULL, "emissiveTexture", NULL, "emissive_uv_set"},
 };
 
 // One material on its way.
@@ -100,14 +101,13 @@ static void save_switches(struct job *j)
     done(j, "double_sided");
 }
 
-static void save_textures(struct job *j)
+static void save_texture(struct job *j, const struct slot *slot)
 {
-    for (size_t i = 0; i < NG_COUNT(textures); i++) {
-        ng_asset image;
-        const struct slot *slot = &textures[i];
-        memcpy(&image, (const char *)j->now + field_of(slot->field)->offset, sizeof image);
-        if (!differs(j, slot->field))
-            continue;
+    ng_asset image;
+    uint32_t uv_set;
+    memcpy(&image, (const char *)j->now + field_of(slot->field)->offset, sizeof image);
+    memcpy(&uv_set, (const char *)j->now + field_of(slot->uv_set)->offset, sizeof uv_set);
+    if (differs(j, slot->field)) {
         int texture = ng_gltf_save_texture(j->s, image);
         if (texture < 0)
             ng_gltf_json_remove(owner(j, slot), slot->key);
@@ -115,6 +115,18 @@ static void save_textures(struct job *j)
             ng_gltf_json_number(&j->s->w, ng_gltf_json_object(&j->s->w, owner(j, slot), slot->key), "index",
                                 texture);
     }
+    if (!image.id) // NG_scene says what the standard has no place for
+        return;
+    if (differs(j, slot->uv_set))
+        ng_gltf_json_number(&j->s->w, ng_gltf_json_object(&j->s->w, owner(j, slot), slot->key), "texCoord",
+                            uv_set);
+    done(j, slot->uv_set);
+}
+
+static void save_textures(struct job *j)
+{
+    for (size_t i = 0; i < NG_COUNT(textures); i++)
+        save_texture(j, &textures[i]);
     cJSON *normal = cJSON_GetObjectItemCaseSensitive(j->json, "normalTexture");
     if (!normal)
         return;

@@ -47,21 +47,25 @@ static void put_normalized(struct gltf_saver *s, cJSON *attributes, const char *
     free(stored);
 }
 
-static void put_joints(struct gltf_saver *s, cJSON *attributes, const struct ng_geometry *g)
+// Four whole numbers a vertex, of 8 bits if that is enough and `may_shrink`.
+static cJSON *put_words(struct gltf_saver *s, cJSON *attributes, const char *key, const uint16_t *values,
+                        uint32_t count, bool may_shrink)
 {
-    uint32_t *joints = malloc((size_t)g->vertex_count * 16 + 1), most = 0;
-    if (!joints) {
+    uint32_t *words = malloc((size_t)count * 16 + 1), most = may_shrink ? 0 : UINT16_MAX;
+    cJSON *accessor = NULL;
+    if (!words) {
         s->w.failed = true;
-        return;
+        return NULL;
     }
-    for (size_t i = 0; i < (size_t)g->vertex_count * 4; i++) {
-        joints[i] = g->joints[i];
-        most = joints[i] > most ? joints[i] : most;
+    for (size_t i = 0; i < (size_t)count * 4; i++) {
+        words[i] = values[i];
+        most = words[i] > most ? words[i] : most;
     }
-    ng_gltf_json_number(&s->w, attributes, "JOINTS_0",
-                        ng_gltf_add_integers(&s->w, joints, g->vertex_count, 4, most <= UINT8_MAX ? 1 : 2,
-                                             NG_GLTF_VERTICES, NULL));
-    free(joints);
+    ng_gltf_json_number(
+        &s->w, attributes, key,
+        ng_gltf_add_integers(&s->w, words, count, 4, most <= UINT8_MAX ? 1 : 2, NG_GLTF_VERTICES, &accessor));
+    free(words);
+    return accessor;
 }
 
 static bool all_zero(const float *values, size_t count)
@@ -80,8 +84,8 @@ static int count_of(const struct gltf_saver *s, int accessor)
 // Attributes of vertices that are as many as before are still theirs.
 static void drop_others(const struct gltf_saver *s, cJSON *attributes, uint32_t vertex_count)
 {
-    static const char *const ours[] = {"POSITION", "NORMAL",   "TANGENT",   "TEXCOORD_0",
-                                       "JOINTS_0", "JOINTS_1", "WEIGHTS_0", "WEIGHTS_1"};
+    static const char *const ours[] = {"POSITION", "NORMAL",   "TANGENT",  "TEXCOORD_0", "TEXCOORD_1",
+                                       "COLOR_0",  "JOINTS_0", "JOINTS_1", "WEIGHTS_0",  "WEIGHTS_1"};
     for (size_t i = 0; i < NG_COUNT(ours); i++)
         ng_gltf_json_remove(attributes, ours[i]);
     cJSON *item = attributes ? attributes->child : NULL, *after;
@@ -117,8 +121,13 @@ static void put_geometry(struct gltf_saver *s, cJSON *primitive, const struct ng
     if (!all_zero(g->uvs, (size_t)n * 2))
         ng_gltf_json_number(w, attributes, "TEXCOORD_0",
                             ng_gltf_add_floats(w, g->uvs, n, 2, NG_GLTF_VERTICES, false));
+    if (g->uvs1)
+        ng_gltf_json_number(w, attributes, "TEXCOORD_1",
+                            ng_gltf_add_floats(w, g->uvs1, n, 2, NG_GLTF_VERTICES, false));
+    if (g->colors)
+        ng_gltf_json_bool(w, put_words(s, attributes, "COLOR_0", g->colors, n, false), "normalized", true);
     if (g->joints) {
-        put_joints(s, attributes, g);
+        put_words(s, attributes, "JOINTS_0", g->joints, n, true);
         put_normalized(s, attributes, "WEIGHTS_0", g->weights, n, 4, 4, normalize_sum);
     }
     ng_gltf_json_number(w, primitive, "indices",
@@ -398,11 +407,15 @@ static bool save_primitives(struct gltf_saver *s, const struct gltf_saved *p, cJ
         }
         any |= there;
         lost |= kept->role == GLTF_PRIMITIVE && !there;
+        bool stays = !part && ng_entity_same(ng_world_parent(s->world, e), p->entity);
+        lost |= kept->role == GLTF_COPY && !stays;
+        any |= kept->role == GLTF_COPY && stays;
         e = kept->next_sibling;
     }
     if (lost && !any) {
         ng_gltf_json_remove(node, "mesh");
         ng_gltf_json_remove(node, "skin");
+        ng_gltf_json_remove_extension(node, "EXT_mesh_gpu_instancing");
     }
     return any;
 }

@@ -10,8 +10,7 @@
 
 // ---- files -----------------------------------------------------------------------------------------------
 
-static const char *const folders[] = {"content/chess", "content/unit", "content/unseen", "tests/files/good"};
-
+// The scenes of content/, and those of tests/files that can be loaded.
 struct names {
     const char *folder;
     NG_ARRAY(char *) paths;
@@ -32,13 +31,45 @@ static void add_name(void *user, const char *name)
     assert_true(ng_array_push(&names->paths, strdup(path)));
 }
 
+static void add_folder(void *user, const char *name)
+{
+    struct names *names = user;
+    const char *top = names->folder;
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s", top, name);
+    if (name[0] == '.' || strchr(name, '.') || strcmp(name, "bad") == 0)
+        return;
+    names->folder = path;
+    assert_int_equal(ng_file_list(path, add_name, names), NG_OK);
+    names->folder = top;
+}
+
+static bool can_be_loaded(const char *path)
+{
+    struct scene s;
+    struct test_log log;
+    test_log_begin(&log);
+    ng_result r = scene_load(&s, path, false);
+    test_log_end(&log);
+    scene_finish(&s);
+    return r == NG_OK;
+}
+
 static void names_find(struct names *names)
 {
+    static const char *const tops[] = {"content", "tests/files"};
+    size_t count = 0;
     *names = (struct names){0};
-    for (size_t i = 0; i < NG_COUNT(folders); i++) {
-        names->folder = folders[i];
-        assert_int_equal(ng_file_list(folders[i], add_name, names), NG_OK);
+    for (size_t i = 0; i < NG_COUNT(tops); i++) {
+        names->folder = tops[i];
+        assert_int_equal(ng_file_list(tops[i], add_folder, names), NG_OK);
     }
+    for (size_t i = 0; i < names->paths.count; i++)
+        if (can_be_loaded(names->paths.items[i]))
+            names->paths.items[count++] = names->paths.items[i];
+        else
+            free(names->paths.items[i]);
+    names->paths.count = count;
     assert_true(names->paths.count > 30);
     qsort(names->paths.items, names->paths.count, sizeof *names->paths.items, compare_paths);
 }
