@@ -41,12 +41,8 @@ static ng_result load_scene(struct ng_stage *stage, const struct ng_stage_params
     return ng_gltf_load(params->scene, stage->world, stage->assets, &gltf, &stage->scene);
 }
 
-static ng_result open_device(struct ng_stage *stage, const struct ng_stage_params *params)
+static ng_result open_renderer(struct ng_stage *stage, const struct ng_stage_params *params)
 {
-    struct ng_gpu_params gpu = {.device = params->device};
-    if (params->window)
-        gpu.instance_extensions = ng_window_extensions(&gpu.instance_extension_count);
-    NG_TRY(ng_gpu_create(&gpu, &stage->gpu));
     struct ng_renderer_params renderer = {
         .gpu = stage->gpu,
         .jobs = stage->jobs,
@@ -54,6 +50,15 @@ static ng_result open_device(struct ng_stage *stage, const struct ng_stage_param
         .bare_passes = params->bare_passes,
     };
     return ng_renderer_create(&renderer, &stage->renderer);
+}
+
+static ng_result open_device(struct ng_stage *stage, const struct ng_stage_params *params)
+{
+    struct ng_gpu_params gpu = {.device = params->device};
+    if (params->window)
+        gpu.instance_extensions = ng_window_extensions(&gpu.instance_extension_count);
+    NG_TRY(ng_gpu_create(&gpu, &stage->gpu));
+    return open_renderer(stage, params);
 }
 
 static ng_result open_window(struct ng_stage *stage, struct ng_window *window)
@@ -115,6 +120,24 @@ void ng_stage_destroy(struct ng_stage **stage)
     ng_jobs_destroy(&s->jobs);
     free(internal);
     free(s);
+}
+
+ng_result ng_stage_adopt(struct ng_stage *stage, struct ng_stage **next)
+{
+    struct ng_stage *n = *next;
+    NG_REQUIRE(stage->gpu && !n->gpu, "a stage with a device adopts one without");
+    ng_renderer_destroy(&stage->renderer);
+    struct ng_stage old = *stage;
+    struct ng_extractor *extractor = stage->internal->extractor;
+    stage->jobs = n->jobs, n->jobs = old.jobs;
+    stage->assets = n->assets, n->assets = old.assets;
+    stage->world = n->world, n->world = old.world;
+    stage->scene = n->scene;
+    stage->internal->extractor = n->internal->extractor, n->internal->extractor = extractor;
+    stage->internal->drawn = false;
+    stage->snapshot = NULL;
+    ng_stage_destroy(next);
+    return open_renderer(stage, &(struct ng_stage_params){0});
 }
 
 static ng_result move_to(struct ng_stage *stage, double time, const char *camera, bool still)

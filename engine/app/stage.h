@@ -57,6 +57,13 @@ struct ng_stage {
 NG_NODISCARD ng_result ng_stage_create(const struct ng_stage_params *params, struct ng_stage **out);
 void ng_stage_destroy(struct ng_stage **stage);
 
+// Makes `next`, a stage without a device, this one's scene: what this one had is destroyed, and so is the
+// rest of
+// `*next`. For a scene that is opened while another is shown: if it cannot be loaded, nothing happens to
+// that. Whoever joined the renderer has left it before, and joins the new one. After an error there is
+// nothing to draw with any more.
+NG_NODISCARD ng_result ng_stage_adopt(struct ng_stage *stage, struct ng_stage **next);
+
 struct ng_stage_frame {
     double time;            // seconds: what the scene is evaluated at
     bool still;             // the time jumped: no motion since the last frame

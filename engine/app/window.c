@@ -16,6 +16,7 @@ struct ng_window_internal {
     GLFWwindow *handle;
     VkInstance instance;
     VkSurfaceKHR surface;
+    char dropped[4096];
 };
 
 static int window_count; // GLFW lives while there is a window
@@ -105,6 +106,16 @@ static void on_scroll(GLFWwindow *handle, double x, double y)
     ((struct ng_window *)glfwGetWindowUserPointer(handle))->input.scroll += (float)y;
 }
 
+static void on_drop(GLFWwindow *handle, int count, const char **paths)
+{
+    struct ng_window *w = glfwGetWindowUserPointer(handle);
+    char *room = w->internal->dropped;
+    if (count < 1 || strlen(paths[0]) >= sizeof w->internal->dropped)
+        return;
+    memcpy(room, paths[0], strlen(paths[0]) + 1); // theirs until we return
+    w->dropped = room;
+}
+
 static void on_framebuffer_size(GLFWwindow *handle, int width, int height)
 {
     struct ng_window *w = glfwGetWindowUserPointer(handle);
@@ -171,6 +182,7 @@ ng_result ng_window_create(const struct ng_window_params *params, struct ng_wind
     glfwSetCursorPosCallback(internal->handle, on_pointer);
     glfwSetScrollCallback(internal->handle, on_scroll);
     glfwSetFramebufferSizeCallback(internal->handle, on_framebuffer_size);
+    glfwSetDropCallback(internal->handle, on_drop);
     *out = w;
     return NG_OK;
 fail:
@@ -224,6 +236,7 @@ void ng_window_destroy_surface(struct ng_window *window)
 static void begin_input(struct ng_window *window)
 {
     struct ng_input *input = &window->input;
+    window->dropped = NULL;
     input->scroll = 0;
     memset(input->drag, 0, sizeof input->drag);
     memset(input->pressed, 0, sizeof input->pressed);

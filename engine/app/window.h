@@ -35,6 +35,8 @@ struct ng_window {
     uint32_t width, height; // of the framebuffer in pixels; 0 where minimised
     bool closed;            // the person or ng_window_close asked for it
     struct ng_input input;  // since the last poll
+    const char
+        *dropped; // path of a file that was dropped on it since the last poll, the first of several; or null
     struct ng_window_internal *internal;
 };
 

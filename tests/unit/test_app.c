@@ -1,9 +1,19 @@
 #include "test.h"
 
 #include "app/camera_controller.h"
+#include "app/clip_menu.h"
 #include "app/playback.h"
+#include "app/watch.h"
+#include "asset/assets.h"
+#include "asset/gltf.h"
+#include "base/file.h"
+#include "components/components.h"
+#include "render/scene_systems.h"
+#include "scene/system.h"
+#include "scene/world.h"
 
 #include <cglm/cglm.h>
+#include <threads.h>
 
 static const float identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
@@ -173,6 +183,89 @@ static void clock_wraps_and_pauses(void **state)
     assert_true(endless.time == 0);
 }
 
+// Writes a file; false until whoever watches it has seen that.
+static void write_text(const char *path, const char *text)
+{
+    assert_int_equal(ng_file_write(path, text, strlen(text)), NG_OK);
+}
+
+static void wait_for_change(struct ng_watch *watch)
+{
+    const struct timespec moment = {.tv_nsec = 20000000};
+    for (int i = 0; i < 3000; i++) { // a minute, on a machine that does something else
+        if (ng_watch_changed(watch))
+            return;
+        thrd_sleep(&moment, NULL);
+    }
+    fail_msg("the change is not seen");
+}
+
+static void files_that_change_are_told(void **state)
+{
+    NG_UNUSED(state);
+    char first[512], second[512];
+    struct ng_watch *watch;
+    test_path(first, sizeof first, "first.txt");
+    test_path(second, sizeof second, "second.txt");
+    remove(second);
+    write_text(first, "one");
+    assert_int_equal(ng_watch_create(&watch), NG_OK);
+    assert_true(ng_watch_add(watch, first));
+    assert_true(ng_watch_add(watch, second)); // which is not there yet
+    assert_false(ng_watch_changed(watch));
+    write_text(first, "two more");
+    wait_for_change(watch);
+    assert_false(ng_watch_changed(watch)); // once
+    write_text(second, "here");
+    wait_for_change(watch);
+    ng_watch_clear(watch);
+    write_text(first, "nobody looks");
+    assert_false(ng_watch_changed(watch));
+    ng_watch_destroy(&watch);
+}
+
+// One clip instead of another: what only the first one moves goes back to where it was.
+static void a_clip_chosen_plays_alone(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_world *world;
+    struct ng_assets *assets;
+    struct ng_gltf_scene scene;
+    struct ng_clip_menu *menu;
+    assert_int_equal(ng_world_create(NULL, &world), NG_OK);
+    assert_int_equal(ng_components_register(world), NG_OK);
+    assert_int_equal(ng_assets_create(&assets), NG_OK);
+    assert_int_equal(ng_scene_systems_add(world, assets, NULL), NG_OK);
+    assert_int_equal(ng_gltf_load("tests/files/good/clips_three.gltf", world, assets, NULL, &scene), NG_OK);
+    assert_int_equal(ng_clip_menu_create(world, assets, scene.root, &menu), NG_OK);
+    assert_string_equal(ng_clip_menu_name(menu, 1), "right");
+    assert_null(ng_clip_menu_name(menu, 3));
+    assert_near(ng_clip_menu_duration(menu, 2), 1);
+    ng_entity tip = {0};
+    for (ng_entity e = scene.root; !ng_entity_is_null(e); e = ng_world_next_below(world, scene.root, e))
+        if (strcmp(ng_world_get(world, e, NG_NAME), "tip") == 0)
+            tip = e;
+    struct ng_transform rest = *(const struct ng_transform *)ng_world_get(world, tip, NG_TRANSFORM);
+    const struct {
+        uint32_t choice;
+        bool plays[3];
+    } steps[] = {{NG_CLIPS_FIRST, {true}}, {1, {false, true}}, {NG_CLIPS_ALL, {true, true, true}},
+                 {NG_CLIPS_NONE, {false}}, {0, {true, false}}, {NG_CLIPS_NONE, {false}}};
+    for (size_t i = 0; i < NG_COUNT(steps); i++) {
+        ng_clip_menu_play(menu, steps[i].choice);
+        assert_int_equal(ng_clip_menu_choice(menu), steps[i].choice);
+        for (uint32_t k = 0; k < 3; k++)
+            assert_int_equal(ng_clip_menu_plays(menu, k), steps[i].plays[k]);
+        assert_int_equal(ng_world_run(world, 0.5), NG_OK);
+        const struct ng_transform *now = ng_world_get(world, tip, NG_TRANSFORM);
+        if (steps[i].choice != NG_CLIPS_ALL) // whose mean stands as at rest
+            assert_int_equal(memcmp(now, &rest, sizeof rest) == 0, steps[i].choice == NG_CLIPS_NONE);
+    }
+    ng_clip_menu_destroy(&menu);
+    ng_world_destroy(&world);
+    ng_assets_destroy(&assets);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -184,6 +277,8 @@ int main(void)
         cmocka_unit_test(zoom_never_reaches_the_point),
         cmocka_unit_test(input_moves_the_camera),
         cmocka_unit_test(clock_wraps_and_pauses),
+        cmocka_unit_test(files_that_change_are_told),
+        cmocka_unit_test(a_clip_chosen_plays_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
