@@ -6,8 +6,10 @@
 #include "view_picture.h"
 
 #include "app/camera_controller.h"
+#include "app/clip_menu.h"
 #include "app/playback.h"
 #include "app/stage.h"
+#include "app/watch.h"
 #include "app/window.h"
 #include "base/file.h"
 #include "base/log.h"
@@ -20,6 +22,8 @@
 #include "components/scene_scale.h"
 #include "editor/ui.h"
 #include "gpu/device.h"
+#include "lightformer/net/net.h"
+#include "lightformer/neural/neural.h"
 #include "scene/world.h"
 
 #include <math.h>
@@ -85,8 +89,9 @@ static const char keys[] = VIEW_PICTURE_KEYS "left drag     orbit\n"
                                              "Space         play, pause\n"
                                              "Left, Right   scrub a tenth of a second; Home: to the start\n"
                                              "F1            these keys\n"
-                                             "F2, F3        what to show; what each pass takes\n"
+                                             "F2, F3, F5    what to show; what each pass takes; clips\n"
                                              "F4            hide the captions\n"
+                                             "drop a file   view it instead\n"
                                              "Escape        quit";
 
 #define SCRUB_S          0.1
@@ -99,6 +104,13 @@ struct viewer {
     struct ng_window *window;
     struct ng_stage *stage;
     struct ng_ui *ui;
+    struct ng_watch *watch; // on the scene's files and weights
+    struct ng_clip_menu *clips;
+    char wanted[4096];         // path of what was asked for last
+    char scene[4096];          // path of what is shown
+    const char *weights;       // of the network, as asked for; null: the scene's own
+    bool opened;               // a scene has been shown
+    bool failed;               // what was opened or changed last could not be loaded
     void *methods[METHOD_MAX]; // states, in the order of method_of
     struct ng_camera_controller controller;
     struct ng_playback playback;
@@ -108,7 +120,7 @@ struct viewer {
     double frame_ms;
     double title_age_s;
     uint32_t frames;
-    bool show_keys, show_choices, show_times, hide_captions;
+    bool show_keys, show_choices, show_times, show_clips, hide_captions;
 };
 
 static const char camera_name[] = "lightformer:view";
@@ -119,13 +131,15 @@ static float scene_radius(const struct ng_world *world, ng_entity root)
     return scale ? scale->radius : 1;
 }
 
-// A camera like the scene's own, free to move.
-static ng_result create_camera(struct viewer *v)
+// A camera like the scene's own, free to move, there or where the last one was.
+static ng_result create_camera(struct viewer *v, bool stay)
 {
     struct ng_world *world = v->stage->world;
     ng_entity model = v->stage->scene.camera;
     const struct ng_placement *placement = ng_world_get(world, model, NG_PLACEMENT);
-    ng_camera_controller_look(&v->controller, placement->matrix, scene_radius(world, v->stage->scene.root));
+    if (!stay)
+        ng_camera_controller_look(&v->controller, placement->matrix,
+                                  scene_radius(world, v->stage->scene.root));
 
     struct ng_name name;
     memcpy(name.text, camera_name, sizeof camera_name);
@@ -142,10 +156,10 @@ static ng_result open_methods(struct viewer *v)
 {
     const struct view *args = v->args;
     struct method_params params = {
-        .stage = v->stage, .scene = args->scene, .weights = args->weights, .samples = args->samples};
+        .stage = v->stage, .scene = v->scene, .weights = v->weights, .samples = args->samples};
     const struct method *m;
     for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++) {
-        params.optional = i != args->method && !(args->comparison && i == args->other);
+        params.optional = v->opened || (i != args->method && !(args->comparison && i == args->other));
         NG_TRY(method_open(m, &params, &v->methods[i]));
     }
     return NG_OK;
@@ -156,6 +170,90 @@ static void close_methods(struct viewer *v)
     const struct method *m;
     for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++)
         method_close(m, &v->methods[i]);
+}
+
+// ---- What is shown ---------------------------------------------------------------------------------------
+
+static void watch_file(void *user, const char *path)
+{
+    (void)ng_watch_add(((struct viewer *)user)->watch, path); // without memory for it, it is not watched
+}
+
+// Besides the files that the document names.
+static void watch_scene(struct viewer *v, const char *scene, const char *weights)
+{
+    char found[4096];
+    watch_file(v, scene);
+    if (weights || lf_neural_find_weights(scene, found, sizeof found))
+        watch_file(v, weights ? weights : found);
+}
+
+static struct ng_stage_params stage_params(struct viewer *v, const char *scene)
+{
+    const struct view *args = v->args;
+    struct ng_stage_params params = {
+        .scene = scene, .device = args->device, .threads = args->threads, .file = watch_file, .user = v};
+    opening_apply(&args->opening, &params);
+    return params;
+}
+
+// What belongs to the scene on the stage, which has not run yet.
+static ng_result begin_scene(struct viewer *v, bool again)
+{
+    watch_scene(v, v->scene, v->weights);
+    NG_TRY(open_methods(v));
+    NG_TRY(ng_clip_menu_create(v->stage->world, v->stage->assets, v->stage->scene.root, &v->clips));
+    double time = again ? v->playback.time : 0;
+    v->playback.duration = (double)v->stage->scene.duration;
+    ng_playback_seek(&v->playback, time);
+    NG_TRY(ng_stage_seek(v->stage, v->playback.time, NULL)); // places the scene's camera
+    NG_TRY(create_camera(v, again));
+    v->opened = true;
+    return NG_OK;
+}
+
+// Whether a scene's network, if it has one, can be read.
+static bool has_good_weights(const char *scene, const char *weights)
+{
+    char found[4096];
+    struct lf_net *net = NULL;
+    if (!weights && lf_neural_find_weights(scene, found, sizeof found))
+        weights = found;
+    bool good = !weights || lf_net_load(weights, &net) == NG_OK;
+    lf_net_destroy(&net);
+    return good;
+}
+
+// Shows the scene that is wanted. What cannot be loaded changes nothing, and is tried again when its files
+// change.
+static ng_result open_wanted(struct viewer *v)
+{
+    bool again = strcmp(v->wanted, v->scene) == 0;
+    const char *weights = again ? v->weights : NULL;
+    struct ng_stage *next = NULL;
+    struct ng_stage_params params = stage_params(v, v->wanted);
+    params.no_device = true;
+    ng_watch_clear(v->watch);
+    v->failed = scene_file_check(v->wanted) != NG_OK || !has_good_weights(v->wanted, weights) ||
+                ng_stage_create(&params, &next) != NG_OK;
+    if (v->failed) {
+        watch_scene(v, v->wanted, weights);
+        return NG_OK;
+    }
+    close_methods(v);
+    ng_clip_menu_destroy(&v->clips);
+    NG_TRY(ng_stage_adopt(v->stage, &next));
+    memcpy(v->scene, v->wanted, sizeof v->scene);
+    v->weights = weights;
+    return begin_scene(v, again);
+}
+
+static ng_result follow_files(struct viewer *v)
+{
+    const char *dropped = v->window->dropped;
+    if (dropped)
+        snprintf(v->wanted, sizeof v->wanted, "%s", dropped);
+    return dropped || ng_watch_changed(v->watch) ? open_wanted(v) : NG_OK;
 }
 
 static ng_result open_viewer(struct viewer *v)
@@ -169,11 +267,13 @@ static ng_result open_viewer(struct viewer *v)
         return NG_ERROR_NOT_FOUND;
     }
     NG_TRY(ng_window_create(&window, &v->window));
-    struct ng_stage_params stage = {
-        .scene = args->scene, .window = v->window, .device = args->device, .threads = args->threads};
-    opening_apply(&args->opening, &stage);
+    NG_TRY(ng_watch_create(&v->watch));
+    snprintf(v->scene, sizeof v->scene, "%s", args->scene);
+    memcpy(v->wanted, v->scene, sizeof v->wanted);
+    v->weights = args->weights;
+    struct ng_stage_params stage = stage_params(v, v->scene);
+    stage.window = v->window;
     NG_TRY(ng_stage_create(&stage, &v->stage));
-    NG_TRY(open_methods(v));
     struct ng_ui_params ui = {.gpu = v->stage->gpu, .format = VK_FORMAT_R8G8B8A8_UNORM};
     NG_TRY(ng_ui_create(&ui, &v->ui));
     uint32_t other = args->other != args->method ? args->other : args->method == 0; // itself shows nothing
@@ -182,9 +282,8 @@ static ng_result open_viewer(struct viewer *v)
         .comparison = args->comparison,
         .divider = 0.5f,
     };
-    v->playback = (struct ng_playback){.duration = (double)v->stage->scene.duration, .playing = true};
-    NG_TRY(ng_stage_seek(v->stage, 0, NULL)); // places the scene's camera
-    return create_camera(v);
+    v->playback.playing = true;
+    return begin_scene(v, false);
 }
 
 static void toggle(bool *shown, bool pressed)
@@ -201,6 +300,7 @@ static void react(struct viewer *v, float seconds)
     toggle(&v->show_choices, input->pressed[NG_KEY_F1 + 1]);
     toggle(&v->show_times, input->pressed[NG_KEY_F1 + 2]);
     toggle(&v->hide_captions, input->pressed[NG_KEY_F1 + 3]);
+    toggle(&v->show_clips, input->pressed[NG_KEY_F1 + 4]);
 
     ng_playback_advance(&v->playback, (double)seconds);
     if (input->pressed[' '])
@@ -245,6 +345,8 @@ static void draw_captions(struct viewer *v)
     const float edge = 6, line = 20;
     uint32_t comparison = v->picture.comparison;
     char text[256];
+    if (v->failed)
+        ng_ui_caption(v->ui, edge, edge, "what is in the file now cannot be shown: see the terminal");
     describe_side(v, VIEW_LEFT, text, sizeof text);
     ng_ui_caption(v->ui, edge, -edge, "%s", text);
     if (!comparison)
@@ -268,6 +370,8 @@ static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng
         view_panel_picture(v->ui, &v->picture);
     if (v->show_times)
         view_panel_times(v->ui, &v->times, v->stage, v->frame_ms, v->show_choices);
+    if (v->show_clips)
+        view_panel_clips(v->ui, v->clips);
     if (!v->hide_captions)
         draw_captions(v);
     return ng_ui_add_pass(v->ui, graph, display);
@@ -302,10 +406,9 @@ static void show_title(struct viewer *v, double seconds)
         describe_side(v, i, sides[i], sizeof sides[i]);
     bool both = v->picture.comparison;
     // The number of frames is for those who wait until what they did can be seen (tests/view).
-    snprintf(title, sizeof title, "%s - %.1f ms - %s%s%s - %s at %.2f s - frame %u",
-             ng_path_name(v->args->scene), v->frame_ms, sides[VIEW_LEFT], both ? " | " : "",
-             both ? sides[VIEW_RIGHT] : "", v->playback.playing ? "playing" : "paused", v->playback.time,
-             v->frames);
+    snprintf(title, sizeof title, "%s - %.1f ms - %s%s%s - %s at %.2f s - frame %u", ng_path_name(v->scene),
+             v->frame_ms, sides[VIEW_LEFT], both ? " | " : "", both ? sides[VIEW_RIGHT] : "",
+             v->playback.playing ? "playing" : "paused", v->playback.time, v->frames);
     ng_window_set_title(v->window, title);
 }
 
@@ -317,6 +420,7 @@ static ng_result loop(struct viewer *v)
         uint64_t now = ng_clock_ns();
         double seconds = (double)(now - before) * 1e-9;
         before = now;
+        NG_TRY(follow_files(v));
         react(v, (float)seconds);
         show_title(v, seconds);
         if (v->window->width == 0 || v->window->height == 0) {
@@ -332,6 +436,8 @@ static ng_result loop(struct viewer *v)
 
 static void close_viewer(struct viewer *v)
 {
+    ng_watch_destroy(&v->watch);
+    ng_clip_menu_destroy(&v->clips);
     view_times_finish(&v->times);
     ng_ui_destroy(&v->ui);
     close_methods(v);

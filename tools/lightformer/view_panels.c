@@ -1,5 +1,6 @@
 #include "view_panels.h"
 
+#include "app/clip_menu.h"
 #include "app/stage.h"
 #include "editor/ui.h"
 
@@ -48,6 +49,33 @@ void view_panel_picture(struct ng_ui *ui, struct view_picture *p)
         choose_side(ui, p->comparison ? "left" : "shown", &p->sides[VIEW_LEFT]);
         if (p->comparison)
             choose_side(ui, "right", &p->sides[VIEW_RIGHT]);
+    }
+    ng_ui_window_end(ui);
+}
+
+// ---- Clips -----------------------------------------------------------------------------------------------
+
+static void choose_clips(struct ng_ui *ui, struct ng_clip_menu *clips, const char *word, uint32_t choice)
+{
+    if (ng_ui_choice(ui, "clips", word, ng_clip_menu_choice(clips) == choice))
+        ng_clip_menu_play(clips, choice);
+}
+
+void view_panel_clips(struct ng_ui *ui, struct ng_clip_menu *clips)
+{
+    const char *name;
+    if (ng_ui_window_begin(ui, "Clips", EDGE, EDGE)) {
+        choose_clips(ui, clips, "first of each thing", NG_CLIPS_FIRST);
+        ng_ui_same_line(ui);
+        choose_clips(ui, clips, "all", NG_CLIPS_ALL);
+        ng_ui_same_line(ui);
+        choose_clips(ui, clips, "none", NG_CLIPS_NONE);
+        for (uint32_t i = 0; (name = ng_clip_menu_name(clips, i)); i++) {
+            char word[128];
+            snprintf(word, sizeof word, "%u %.64s, %.2f s%s", i + 1, name,
+                     (double)ng_clip_menu_duration(clips, i), ng_clip_menu_plays(clips, i) ? ", plays" : "");
+            choose_clips(ui, clips, word, i);
+        }
     }
     ng_ui_window_end(ui);
 }

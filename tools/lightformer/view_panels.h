@@ -6,11 +6,15 @@
 
 #include "base/array.h"
 
+struct ng_clip_menu;
 struct ng_stage;
 struct ng_ui;
 
 // Methods and layers to choose from.
 void view_panel_picture(struct ng_ui *ui, struct view_picture *picture);
+
+// Clips to choose from.
+void view_panel_clips(struct ng_ui *ui, struct ng_clip_menu *clips);
 
 // The passes of the last frame and what each took. Zero to begin with.
 struct view_times {
