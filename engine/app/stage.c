@@ -31,6 +31,8 @@ static ng_result load_scene(struct ng_stage *stage, const struct ng_stage_params
     struct ng_gltf_params gltf = {.default_light = !params->no_default_light,
                                   .emissive_lights = params->emissive_lights,
                                   .clip = params->clip,
+                                  .strict = params->strict,
+                                  .max_memory = params->max_memory,
                                   .file = params->file,
                                   .user = params->user};
     NG_TRY(ng_jobs_create(&jobs, &stage->jobs));

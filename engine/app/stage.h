@@ -32,6 +32,8 @@ struct ng_stage_params {
     const char *clip;                      // the same
     struct ng_exposure exposure;           // of all frames (render/extract.h)
     // As in struct ng_gltf_params:
+    bool strict;
+    uint64_t max_memory;
     void (*file)(void *user, const char *path);
     void *user;
     // As in struct ng_renderer_params, for benchmarks:

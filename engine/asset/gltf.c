@@ -182,7 +182,7 @@ static struct ng_gltf_params with_defaults(const struct ng_gltf_params *params)
     struct ng_gltf_params p = params ? *params : (struct ng_gltf_params){0};
     p.max_memory = p.max_memory ? p.max_memory : share_of_memory();
     p.max_file_size = p.max_file_size ? p.max_file_size : p.max_memory;
-    p.max_image_memory = p.max_image_memory ? p.max_image_memory : p.max_memory / 2;
+    p.max_image_memory = p.max_image_memory ? p.max_image_memory : p.max_memory;
     p.max_entities = p.max_entities ? p.max_entities : 1u << 18;
     p.max_joints = p.max_joints ? p.max_joints : 4096;
     p.max_image_side = p.max_image_side ? p.max_image_side : 16384;

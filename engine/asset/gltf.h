@@ -30,7 +30,7 @@ void ng_gltf_origin_destroy(struct ng_gltf_origin **origin);
 struct ng_gltf_params {
     uint64_t max_memory;    // bytes of decoded geometry, images, clips, ... in all; half of what is available
     uint64_t max_file_size; // bytes of the document, of a picture, of all buffer files together; max_memory
-    uint64_t max_image_memory; // of max_memory, bytes of any one image with its mips; its half
+    uint64_t max_image_memory; // of max_memory, bytes of any one image with its mips; max_memory
     uint32_t max_entities;     // nodes, primitives, materials and clips together; 262,144
     uint32_t max_joints;       // of one skin; 4,096
     uint32_t max_image_side;   // pixels, width or height; 16,384

@@ -58,8 +58,8 @@ static void limit_image(const struct gltf_loader *l, struct ng_image_params *p, 
                  "the %llu that are left of the scene's limit of %llu; raise it (--memory-limit)",
                  (unsigned long long)left, (unsigned long long)l->limits.max_memory);
     else
-        snprintf(limits->text, sizeof limits->text,
-                 "the %llu that one picture may have; raise it (--memory-limit)", (unsigned long long)most);
+        snprintf(limits->text, sizeof limits->text, "the %llu that one picture may have",
+                 (unsigned long long)most);
     // 0 would mean the default, and nothing fits into 1.
     p->max_memory = p->max_memory ? p->max_memory : 1;
 }

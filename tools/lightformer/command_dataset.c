@@ -1,6 +1,7 @@
 // lightformer dataset: samples of a scene in shards; a look at what is there.
 #include "commands.h"
 #include "files.h"
+#include "opening.h"
 #include "output.h"
 #include "progress.h"
 #include "scene_file.h"
@@ -16,6 +17,7 @@ struct dataset {
     const char *scene, *output, *check, *sheet, *camera, *device, *targets;
     uint32_t count, seed, size, crop, crops, spp, depth, shard, vpls, threads;
     double time;
+    struct loading loading;
 };
 
 #define NUMBER(name_, member_, fallback_, min_, max_, doc_)                                                  \
@@ -26,8 +28,9 @@ struct dataset {
 
 // A look at a data set makes none.
 static const char *const not_with_check[] = {
-    "SCENE",   "--output", "--count", "--seed", "--size",   "--crop",    "--crops",  "--spp", "--targets",
-    "--depth", "--shard",  "--vpls",  "--time", "--camera", "--threads", "--device", NULL};
+    "SCENE",     "--output",  "--count",  "--seed",         "--size", "--crop", "--crops",
+    "--spp",     "--targets", "--depth",  "--shard",        "--vpls", "--time", "--camera",
+    "--threads", "--device",  "--strict", "--memory-limit", NULL};
 
 static const struct cli_option options[] = {
     {.name = "SCENE",
@@ -87,6 +90,7 @@ static const struct cli_option options[] = {
      .doc = "the first crops with all channels side by side"},
     CLI_THREADS(struct dataset),
     CLI_DEVICE(struct dataset),
+    CLI_LOADING(struct dataset, loading),
 };
 
 static bool check_options(const struct dataset *d)
@@ -176,6 +180,7 @@ static int make_dataset(const struct dataset *d, struct cli_files *files)
                                      .file = add_scene_file,
                                      .user = files};
     struct ng_stage *stage;
+    loading_apply(&d->loading, &params);
     if (scene_file_check(d->scene) != NG_OK || ng_stage_create(&params, &stage) != NG_OK)
         return CLI_FAILED;
     int code = CLI_USAGE;

@@ -4,6 +4,7 @@
 #include "commands.h"
 #include "info_scene.h"
 #include "json.h"
+#include "opening.h"
 
 #include "base/printable.h"
 #include "base/result.h"
@@ -17,12 +18,14 @@
 struct info {
     const char *what;
     bool json;
+    struct loading loading;
 };
 
 static const struct cli_option options[] = {
     CLI_ARGUMENT(struct info, what, "SCENE|device|components",
                  "a glTF file; or the graphics devices; or the field table of each component"),
     CLI_JSON(struct info),
+    CLI_LOADING(struct info, loading),
 };
 
 // ---- Components
@@ -168,7 +171,7 @@ static int run(const void *args)
     else if (strcmp(info->what, "device") == 0)
         result = info_devices(info->json);
     else
-        result = info_scene(info->what, info->json);
+        result = info_scene(info->what, info->json, &info->loading);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;
 }
 

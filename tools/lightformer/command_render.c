@@ -475,6 +475,7 @@ static ng_result open_reference(struct job *job)
     const struct render *r = job->render;
     struct render_reference_params params = {.scene = r->scene,
                                              .world = job->stage->world,
+                                             .strict = r->opening.loading.strict,
                                              .reference = {.width = r->size.width,
                                                            .height = r->size.height,
                                                            .depth = r->depth,

@@ -1,6 +1,7 @@
 // Gathers first and prints then, as a table or as JSON from the same figures.
 #include "info_scene.h"
 #include "json.h"
+#include "opening.h"
 #include "scene_file.h"
 
 #include "asset/assets.h"
@@ -230,13 +231,14 @@ static void write_scene(const char *path, struct ng_world *world, const struct n
     json_end(&j);
 }
 
-ng_result info_scene(const char *path, bool json)
+ng_result info_scene(const char *path, bool json, const struct loading *loading)
 {
     struct ng_world *world = NULL;
     struct ng_assets *assets = NULL;
     struct ng_gltf_scene scene;
     struct warnings warnings = {0};
-    const struct ng_gltf_params params = {.default_light = true};
+    const struct ng_gltf_params params = {
+        .default_light = true, .strict = loading->strict, .max_memory = loading_memory(loading)};
     NG_TRY(scene_file_check(path));
     ng_result result = ng_world_create(NULL, &world);
     if (result == NG_OK)

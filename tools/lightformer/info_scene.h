@@ -6,6 +6,8 @@
 
 #include <stdbool.h>
 
-NG_NODISCARD ng_result info_scene(const char *path, bool json);
+struct loading;
+
+NG_NODISCARD ng_result info_scene(const char *path, bool json, const struct loading *loading);
 
 #endif

@@ -38,8 +38,20 @@ bool opening_check(const struct opening *opening, const char *command)
     return false;
 }
 
+uint64_t loading_memory(const struct loading *loading)
+{
+    return (uint64_t)(loading->memory_limit * (1 << 20));
+}
+
+void loading_apply(const struct loading *loading, struct ng_stage_params *params)
+{
+    params->strict = loading->strict;
+    params->max_memory = loading_memory(loading);
+}
+
 void opening_apply(const struct opening *opening, struct ng_stage_params *params)
 {
+    loading_apply(&opening->loading, params);
     params->no_default_light = opening->no_default_light;
     params->emissive_lights = (enum ng_gltf_emitters)opening->emissive_lights;
     params->clip = opening->clip;

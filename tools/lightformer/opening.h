@@ -7,8 +7,28 @@
 
 struct ng_stage_params;
 
+// How its file is read: of every command that opens one. A member `loading`, or one of `opening`.
+struct loading {
+    bool strict;
+    double memory_limit; // MiB; 0: the default
+};
+
+#define CLI_STRICT(type_, member_)                                                                           \
+    {                                                                                                        \
+        .name = "--strict", .kind = CLI_FLAG, .offset = offsetof(type_, member_.strict),                     \
+        .doc = "a fault in the scene's file refuses it, instead of costing the part that has it"             \
+    }
+#define CLI_MEMORY_LIMIT(type_, member_)                                                                     \
+    {                                                                                                        \
+        .name = "--memory-limit", .kind = CLI_REAL, .offset = offsetof(type_, member_.memory_limit),         \
+        .value = "MIB", .min = 1, .max = 1e9,                                                                \
+        .doc = "what a scene may take when it is loaded; half of what is available if not given"             \
+    }
+#define CLI_LOADING(type_, member_) CLI_STRICT(type_, member_), CLI_MEMORY_LIMIT(type_, member_)
+
 // A member `opening` of the command's struct.
 struct opening {
+    struct loading loading;
     bool no_default_light;
     uint32_t emissive_lights; // index into opening_emitters
     const char *clip, *exposure;
@@ -41,10 +61,14 @@ extern const char *const opening_emitters[];
     }
 // All of them.
 #define CLI_OPENING(type_)                                                                                   \
-    CLI_CLIP(type_), CLI_EXPOSURE(type_), CLI_NO_DEFAULT_LIGHT(type_), CLI_EMISSIVE_LIGHTS(type_)
+    CLI_CLIP(type_), CLI_EXPOSURE(type_), CLI_NO_DEFAULT_LIGHT(type_), CLI_EMISSIVE_LIGHTS(type_),           \
+        CLI_LOADING(type_, opening.loading)
 
 // False, reported, if a value is none.
 bool opening_check(const struct opening *opening, const char *command);
+// Bytes; 0: the default.
+uint64_t loading_memory(const struct loading *loading);
+void loading_apply(const struct loading *loading, struct ng_stage_params *params);
 void opening_apply(const struct opening *opening, struct ng_stage_params *params);
 
 #endif
