@@ -16,31 +16,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void log_message(enum ng_log_level level, const struct gltf_loader *l, const char *fmt, va_list args)
-    __attribute__((format(printf, 3, 0)));
-static void log_message(enum ng_log_level level, const struct gltf_loader *l, const char *fmt, va_list args)
-{
-    char text[1024];
-    vsnprintf(text, sizeof text, fmt, args);
-    ng_log(level, "%s: %s", l->path, text);
-}
-
 void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...)
 {
+    char text[1024];
     va_list args;
     va_start(args, fmt);
-    log_message(NG_LOG_ERROR, l, fmt, args);
+    vsnprintf(text, sizeof text, fmt, args);
     va_end(args);
+    ng_log_error("%s: %s", l->path, text);
 }
 
-void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ...)
+void ng_gltf_warn(struct gltf_loader *l, const bool *kind, const char *fmt, ...)
 {
-    if (*warned)
-        return;
-    *warned = true;
     va_list args;
     va_start(args, fmt);
-    log_message(NG_LOG_WARN, l, fmt, args);
+    // Not even a strict load fails by this; short of memory it is not said.
+    (void)!ng_gltf_fault_va(&l->faults, kind, NULL, fmt, args);
     va_end(args);
 }
 
@@ -218,8 +209,7 @@ ng_result ng_gltf_load(const char *path, struct ng_world *world, struct ng_asset
     ng_result r = load_file(&l);
     if (r == NG_OK)
         *out = l.out;
-    if (r == NG_OK || l.faults.strict)
-        ng_gltf_faults_say(&l.faults);
+    ng_gltf_faults_say(&l.faults, r);
     ng_gltf_faults_finish(&l.faults);
     return r;
 }

@@ -108,9 +108,10 @@ static ng_result check_cage(struct gltf_loader *l, const char *where, const stru
     if (r == NG_ERROR_FORMAT)
         return ng_gltf_error(l, "%s: cage: %s", where, report.why);
     if (report.divided_edges)
-        ng_log_warn("%s: %s: cage: the surface is divided along %u edges of more than two faces, or of faces "
-                    "that face opposite ways, as between vertices %u and %u",
-                    l->path, where, report.divided_edges, report.first_edge[0], report.first_edge[1]);
+        ng_gltf_warn(l, &l->warned_cage,
+                     "%s: cage: the surface is divided along %u edges of more than two faces, or of faces "
+                     "that face opposite ways, as between vertices %u and %u",
+                     where, report.divided_edges, report.first_edge[0], report.first_edge[1]);
     return r;
 }
 

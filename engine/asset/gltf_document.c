@@ -437,8 +437,12 @@ static ng_result read_document(struct gltf_faults *faults, const struct ng_gltf_
     doc->json_offset = (size_t)(container.json - (const char *)data);
     doc->json_size = container.json_size;
     NG_TRY(ng_gltf_json(faults, container.json, container.json_size, &doc->arena, &doc->root));
-    NG_TRY(check_version(faults->path, doc->root));
-    NG_TRY(check_required(faults->path, doc->root));
+    ng_result r = check_version(faults->path, doc->root);
+    r = r == NG_OK ? check_required(faults->path, doc->root) : r;
+    if (r != NG_OK) { // whatever else is wrong
+        ng_gltf_faults_finish(faults);
+        return r;
+    }
     if (faults->strict && faults->list.count) // of the JSON
         return NG_ERROR_FORMAT;
     doc->hash = ng_hash_bytes(0, data, size);

@@ -8,25 +8,35 @@
 #include <stdlib.h>
 #include <string.h>
 
-static ng_result add(struct gltf_faults *f, const void *kind, const char *instead, const char *text)
+// Counts a fault of a kind that is in the list.
+static bool count_again(struct gltf_faults *f, const void *kind, const char *instead)
 {
-    ng_result r = f->strict ? NG_ERROR_FORMAT : NG_OK;
     for (size_t i = 0; i < f->list.count; i++)
         if (f->list.items[i].kind == kind && f->list.items[i].instead == instead) {
             f->list.items[i].count++;
-            return r;
+            return true;
         }
-    struct gltf_fault fault = {.kind = kind, .instead = instead, .count = 1};
-    snprintf(fault.text, sizeof fault.text, "%s", text);
-    return ng_array_push(&f->list, fault) ? r : ng_out_of_memory(f->path);
+    return false;
 }
 
-static ng_result add_va(struct gltf_faults *f, const void *kind, const char *instead, const char *fmt,
-                        va_list args) __attribute__((format(printf, 4, 0)));
-static ng_result add_va(struct gltf_faults *f, const void *kind, const char *instead, const char *fmt,
-                        va_list args)
+static ng_result result_of(const struct gltf_faults *f, const char *instead)
+{
+    return f->strict && instead ? NG_ERROR_FORMAT : NG_OK;
+}
+
+static ng_result add(struct gltf_faults *f, const void *kind, const char *instead, const char *text)
+{
+    struct gltf_fault fault = {.kind = kind, .instead = instead, .count = 1};
+    snprintf(fault.text, sizeof fault.text, "%s", text);
+    return ng_array_push(&f->list, fault) ? result_of(f, instead) : ng_out_of_memory(f->path);
+}
+
+ng_result ng_gltf_fault_va(struct gltf_faults *f, const void *kind, const char *instead, const char *fmt,
+                           va_list args)
 {
     char text[768];
+    if (count_again(f, kind, instead))
+        return result_of(f, instead);
     int n = snprintf(text, sizeof text, "%.255s: ", f->path);
     vsnprintf(text + n, sizeof text - (size_t)n, fmt, args);
     return add(f, kind, instead, text);
@@ -36,7 +46,7 @@ ng_result ng_gltf_fault(struct gltf_faults *f, const char *instead, const char *
 {
     va_list args;
     va_start(args, fmt);
-    ng_result r = add_va(f, fmt, instead, fmt, args);
+    ng_result r = ng_gltf_fault_va(f, fmt, instead, fmt, args);
     va_end(args);
     return r;
 }
@@ -46,7 +56,7 @@ ng_result ng_gltf_fault_of_kind(struct gltf_faults *f, const void *kind, const c
 {
     va_list args;
     va_start(args, fmt);
-    ng_result r = add_va(f, kind, instead, fmt, args);
+    ng_result r = ng_gltf_fault_va(f, kind, instead, fmt, args);
     va_end(args);
     return r;
 }
@@ -91,21 +101,32 @@ ng_result ng_gltf_part_end(struct gltf_faults *f, struct gltf_part *part, ng_res
         return r;
     }
     part->lost = true;
+    if (count_again(f, part->caught.kind, part->instead))
+        return result_of(f, part->instead);
     char text[sizeof part->caught.text];
     name_place(f, part, text, sizeof text);
     return add(f, part->caught.kind, part->instead, text);
 }
 
-void ng_gltf_faults_say(const struct gltf_faults *f)
+static void warn(const struct gltf_fault *fault)
 {
-    if (f->strict && f->list.count)
-        ng_log_error("%s", f->list.items[0].text);
-    for (size_t i = 0; !f->strict && i < f->list.count; i++) {
+    char more[64] = "";
+    if (fault->count > 1)
+        snprintf(more, sizeof more, " (and %u more of this kind)", fault->count - 1);
+    ng_log_warn("%s%s%s%s", fault->text, fault->instead ? "; " : "", fault->instead ? fault->instead : "",
+                more);
+}
+
+void ng_gltf_faults_say(const struct gltf_faults *f, ng_result r)
+{
+    for (size_t i = 0; i < f->list.count; i++) {
         const struct gltf_fault *fault = &f->list.items[i];
-        if (fault->count == 1)
-            ng_log_warn("%s; %s", fault->text, fault->instead);
-        else
-            ng_log_warn("%s; %s (and %u more of this kind)", fault->text, fault->instead, fault->count - 1);
+        if (r == NG_OK)
+            warn(fault);
+        else if (f->strict && fault->instead) {
+            ng_log_error("%s", fault->text);
+            return;
+        }
     }
 }
 

@@ -12,6 +12,7 @@
 #include "base/extern_c.h"
 #include "base/log.h"
 
+#include <stdarg.h>
 #include <stddef.h>
 
 NG_EXTERN_C_BEGIN
@@ -19,7 +20,7 @@ NG_EXTERN_C_BEGIN
 // ---- faults ----------------------------------------------------------------------------------------------
 struct gltf_fault {
     const void *kind;
-    const char *instead; // what is done about it
+    const char *instead; // what is done about it; null: it is no fault, but something that is not followed
     uint32_t count;
     char text[1024]; // of the first: "PATH: thing: reason"
 };
@@ -38,6 +39,9 @@ NG_NODISCARD ng_result ng_gltf_fault(struct gltf_faults *f, const char *instead,
 NG_NODISCARD ng_result ng_gltf_fault_of_kind(struct gltf_faults *f, const void *kind, const char *instead,
                                              const char *fmt, ...) NG_PRINTF(4, 5);
 
+NG_NODISCARD ng_result ng_gltf_fault_va(struct gltf_faults *f, const void *kind, const char *instead,
+                                        const char *fmt, va_list args) __attribute__((format(printf, 4, 0)));
+
 // A part that a load can do without. Between begin and end errors are not logged; the end makes a fault of
 // the first, sets `lost` and gives NG_OK, unless the load is strict or memory is short.
 struct gltf_part {
@@ -52,8 +56,8 @@ NG_NODISCARD ng_result ng_gltf_part_end(struct gltf_faults *f, struct gltf_part 
 // Fails the innermost part without another fault: what is wrong is in the list. Of a load that is not strict.
 NG_NODISCARD ng_result ng_gltf_follows(struct gltf_faults *f);
 
-// One warning for each kind, or the error of a strict load.
-void ng_gltf_faults_say(const struct gltf_faults *f);
+// One warning for each kind after a load that succeeded; the error of a strict one that did not.
+void ng_gltf_faults_say(const struct gltf_faults *f, ng_result r);
 void ng_gltf_faults_finish(struct gltf_faults *f);
 
 // ---- the document ----------------------------------------------------------------------------------------

@@ -76,7 +76,7 @@ struct gltf_loader {
     NG_ARRAY(struct ng_clip_player) clips; // in the order of the file
     NG_ARRAY(ng_asset) added;              // to take back on failure
     bool warned_blend, warned_mirror, warned_uv, warned_morph, warned_weights, warned_influences, warned_mode;
-    bool warned_camera, warned_range, warned_far, warned_keys, warned_emitters;
+    bool warned_camera, warned_range, warned_far, warned_keys, warned_emitters, warned_cage, warned_source;
 };
 
 #define NG_GLTF_NO_NODE   UINT32_MAX
@@ -87,8 +87,8 @@ struct gltf_loader {
 void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRINTF(2, 3);
 #define ng_gltf_error(...)       (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_FORMAT)
 #define ng_gltf_unsupported(...) (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_UNSUPPORTED)
-// Warns once a load for each flag.
-void ng_gltf_warn(const struct gltf_loader *l, bool *warned, const char *fmt, ...) NG_PRINTF(3, 4);
+// Notes what is not followed, though it is no fault: one warning for each kind, which one of the flags names.
+void ng_gltf_warn(struct gltf_loader *l, const bool *kind, const char *fmt, ...) NG_PRINTF(3, 4);
 // Moves numbers to -NG_TRANSFORM_MAX .. NG_TRANSFORM_MAX, with one warning a file; NaN stays.
 void ng_gltf_keep_within(struct gltf_loader *l, const char *where, const char *what, float *values,
                          size_t count);

@@ -130,8 +130,14 @@ ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture,
     if (texture < 0 || (uint32_t)texture >= d->texture_count)
         return ng_gltf_error(l, "%s: texture %d is not one of %u", where, texture, d->texture_count);
     const struct gltf_texture *t = &d->textures[texture];
-    if (t->image == -1) // an extension may have one (glTF 2.0, 5.29.2); its like is no error
+    if (t->image == -1) { // glTF 2.0, 5.29.2
+        if (t->extensions && t->extensions->count)
+            ng_gltf_warn(l, &l->warned_source,
+                         "texture %d: its picture is that of %.60s, which is not followed; the scene is "
+                         "drawn without it",
+                         texture, t->extensions->items[0].key);
         return NG_OK;
+    }
     if (t->image < 0 || (uint32_t)t->image >= d->image_count)
         return ng_gltf_error(l, "texture %d: image %d is not one of %u", texture, t->image, d->image_count);
     struct ng_image_params params = {.srgb = srgb, .repeat_u = true, .repeat_v = true};

@@ -8,6 +8,8 @@
 #include "base/array.h"
 #include "base/file.h"
 #include "components/components.h"
+#include "components/name.h"
+#include "components/transform.h"
 #include "scene/world.h"
 
 #include <unistd.h>
@@ -534,22 +536,162 @@ static void test_image_limit(void **state)
     end(&f);
 }
 
-// The limit of memory counts everything that a file decodes to.
+// The limit of memory counts everything that a file decodes to: up to its edge it is loaded, and below that
+// the message says what is needed and what is left.
+static ng_result load_within(uint64_t max_memory, struct test_log *log)
+{
+    struct fixture f = begin();
+    struct ng_gltf_scene scene;
+    test_log_begin(log);
+    ng_result r =
+        ng_gltf_load("tests/files/good/everything.gltf", f.world, f.assets,
+                     &(struct ng_gltf_params){.max_memory = max_memory, .max_file_size = 1 << 20}, &scene);
+    test_log_end(log);
+    end(&f);
+    return r;
+}
+
 static void test_memory_limit(void **state)
 {
     NG_UNUSED(state);
+    struct test_log log;
+    uint64_t low = 1, high = 1 << 20; // too little, enough
+    while (high - low > 1) {
+        uint64_t middle = (low + high) / 2;
+        ng_result r = load_within(middle, &log);
+        assert_true(r == NG_OK || (r == NG_ERROR_MEMORY && log.errors == 1));
+        *(r == NG_OK ? &high : &low) = middle;
+    }
+    assert_int_equal(load_within(low, &log), NG_ERROR_MEMORY);
+    unsigned long long need = 0, left = 0, limit = 0;
+    const char *at = strstr(log.text, " need");
+    assert_non_null(at);
+    assert_int_equal(sscanf(at + strcspn(at, "0123456789"),
+                            "%llu bytes, more than the %llu that are left of the "
+                            "scene's limit of %llu",
+                            &need, &left, &limit),
+                     3);
+    assert_int_equal(need, left + 1);
+    assert_int_equal(limit, low);
+    assert_non_null(strstr(log.text, "--memory-limit"));
     struct fixture f = begin();
     struct ng_gltf_scene scene;
-    struct test_log log;
     test_log_begin(&log);
-    ng_result r = ng_gltf_load("tests/files/good/triangle.gltf", f.world, f.assets,
-                               &(struct ng_gltf_params){.max_memory = 64}, &scene);
-    assert_int_equal(r, NG_ERROR_MEMORY);
-    r = ng_gltf_load("tests/files/good/triangle.gltf", f.world, f.assets,
-                     &(struct ng_gltf_params){.max_file_size = 64}, &scene);
+    assert_int_equal(ng_gltf_load("tests/files/good/triangle.gltf", f.world, f.assets,
+                                  &(struct ng_gltf_params){.max_file_size = 64}, &scene),
+                     NG_ERROR_MEMORY);
     test_log_end(&log);
-    assert_int_equal(r, NG_ERROR_MEMORY);
-    assert_int_equal(log.errors, 2);
+    assert_int_equal(log.errors, 1);
+    end(&f);
+}
+
+// ---- what faults cost -------------------------------------------------------------------------------------
+
+// A scene whose JSON has these members.
+static struct ng_gltf_scene load_members(const char *members, struct fixture *f, struct test_log *log)
+{
+    char path[512], text[2048];
+    struct ng_gltf_scene scene;
+    snprintf(text, sizeof text, "{\"asset\": {\"version\": \"2.0\"}, %s}", members);
+    test_path(path, sizeof path, "members.gltf");
+    assert_int_equal(ng_file_write(path, text, strlen(text)), NG_OK);
+    *f = begin();
+    test_log_begin(log);
+    ng_result r = ng_gltf_load(path, f->world, f->assets, NULL, &scene);
+    test_log_end(log);
+    if (r != NG_OK)
+        fail_msg("%s: %s", members, log->text);
+    return scene;
+}
+
+static void test_one_warning_for_each_kind(void **state)
+{
+    NG_UNUSED(state);
+    struct fixture f;
+    struct test_log log;
+    struct ng_gltf_scene scene =
+        load_members("\"nodes\": [{\"mesh\": 1}, {\"mesh\": 2, \"camera\": 7}, {\"mesh\": 3}]", &f, &log);
+    assert_int_equal(log.warnings, 2);
+    assert_non_null(
+        strstr(log.text, "node 0: mesh 1 is not one of 0; the node has none (and 2 more of this kind)"));
+    assert_non_null(strstr(log.text, "node 1: camera 7 is not one of 0; the node has none\n"));
+    assert_false(ng_entity_is_null(scene.root));
+    end(&f);
+}
+
+// Each of these has something wrong with its hierarchy; every node is there once.
+static void test_hierarchies(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const texts[] = {
+        // a cycle of two, and what hangs on it; a node of its own; two parents; a child twice
+        "\"nodes\": [{}, {\"children\": [0, 2]}, {\"children\": [1]}]",
+        "\"nodes\": [{\"children\": [0]}, {}, {}]",
+        "\"nodes\": [{\"children\": [2]}, {\"children\": [2]}, {}]",
+        "\"nodes\": [{\"children\": [1, 1]}, {\"children\": [2]}, {}]",
+        // the scene lists a child alone, beside its parent, twice, out of range
+        "\"scenes\": [{\"nodes\": [2]}], \"nodes\": [{\"children\": [1]}, {\"children\": [2]}, {}]",
+        "\"scenes\": [{\"nodes\": [2, 0]}], \"nodes\": [{\"children\": [1]}, {\"children\": [2]}, {}]",
+        "\"scenes\": [{\"nodes\": [0, 1, 0, 2, 3]}], \"nodes\": [{}, {}, {}]",
+        "\"scene\": 4, \"nodes\": [{}, {}, {}]",
+    };
+    for (size_t i = 0; i < NG_COUNT(texts); i++) {
+        struct fixture f;
+        struct test_log log;
+        struct ng_gltf_scene scene = load_members(texts[i], &f, &log);
+        uint32_t nodes = 0;
+        for (ng_entity e = scene.root; !ng_entity_is_null(e);
+             e = ng_world_next_below(f.world, scene.root, e)) {
+            const char *name = ng_world_get(f.world, e, NG_NAME);
+            nodes += strncmp(name, "node ", 5) == 0;
+        }
+        assert_int_equal(nodes, 3);
+        assert_true(log.warnings >= 1);
+        end(&f);
+    }
+}
+
+// What is above a listed child moves it, though it is not in the scene itself.
+static void test_listed_child(void **state)
+{
+    NG_UNUSED(state);
+    struct fixture f;
+    struct test_log log;
+    struct ng_gltf_scene scene = load_members(
+        "\"scenes\": [{\"nodes\": [1]}], \"cameras\": [{\"type\": \"perspective\", \"perspective\": "
+        "{\"yfov\": 1, \"znear\": 0.1}}], \"nodes\": [{\"children\": [1, 2], \"camera\": 0, \"translation\": "
+        "[1, 2, 3]}, {\"name\": \"child\", \"camera\": 0}, {\"name\": \"sibling\"}]",
+        &f, &log);
+    ng_entity child = scene.camera, parent = ng_world_parent(f.world, child);
+    assert_false(scene.camera_made);
+    assert_string_equal(ng_world_get(f.world, child, NG_NAME), "child");
+    assert_false(ng_world_has(f.world, parent, NG_CAMERA));
+    const struct ng_transform *t = ng_world_get(f.world, parent, NG_TRANSFORM);
+    assert_float_equal(t->translation[1], 2, 0);
+    assert_true(ng_entity_is_null(ng_world_next_below(f.world, parent, child)));
+    end(&f);
+}
+
+// Two images of the same bytes are one, and one that is sampled in another way is another.
+static void test_equal_images(void **state)
+{
+    NG_UNUSED(state);
+    static const char png[] = "data:image/"
+                              "png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAQAAAC1HAwCAAAAC0lEQVR42mNk+"
+                              "A8AAQUBAScY42YAAAAASUVORK5CYII=";
+    char members[1200];
+    snprintf(members, sizeof members,
+             "\"images\": [{\"uri\": \"%s\"}, {\"uri\": \"%s\"}], \"textures\": [{\"source\": 0}, "
+             "{\"source\": 1}], "
+             "\"materials\": [{\"pbrMetallicRoughness\": {\"baseColorTexture\": {\"index\": 0}}, "
+             "\"emissiveTexture\": {\"index\": 1}, "
+             "\"normalTexture\": {\"index\": 1}}]",
+             png, png);
+    struct fixture f;
+    struct test_log log;
+    struct ng_gltf_scene scene = load_members(members, &f, &log);
+    assert_int_equal(log.warnings, 0);
+    assert_int_equal(scene.image_count, 2);
     end(&f);
 }
 
@@ -635,6 +777,10 @@ int main(void)
         cmocka_unit_test(test_memory_limit),
         cmocka_unit_test(test_image_limit),
         cmocka_unit_test(test_glb),
+        cmocka_unit_test(test_one_warning_for_each_kind),
+        cmocka_unit_test(test_hierarchies),
+        cmocka_unit_test(test_listed_child),
+        cmocka_unit_test(test_equal_images),
         cmocka_unit_test(test_cages),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
