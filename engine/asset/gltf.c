@@ -26,8 +26,9 @@ void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...)
     ng_log_error("%s: %s", l->path, text);
 }
 
-void ng_gltf_warn(struct gltf_loader *l, const bool *kind, const char *fmt, ...)
+void ng_gltf_warn(struct gltf_loader *l, bool *kind, const char *fmt, ...)
 {
+    *kind = true;
     va_list args;
     va_start(args, fmt);
     // Not even a strict load fails by this; short of memory it is not said.

@@ -87,8 +87,9 @@ struct gltf_loader {
 void ng_gltf_log_error(const struct gltf_loader *l, const char *fmt, ...) NG_PRINTF(2, 3);
 #define ng_gltf_error(...)       (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_FORMAT)
 #define ng_gltf_unsupported(...) (ng_gltf_log_error(__VA_ARGS__), NG_ERROR_UNSUPPORTED)
-// Notes what is not followed, though it is no fault: one warning for each kind, which one of the flags names.
-void ng_gltf_warn(struct gltf_loader *l, const bool *kind, const char *fmt, ...) NG_PRINTF(3, 4);
+// Notes what is not followed, though it is no fault: one warning for each kind, which one of the
+// flags names and then holds true.
+void ng_gltf_warn(struct gltf_loader *l, bool *kind, const char *fmt, ...) NG_PRINTF(3, 4);
 // Moves numbers to -NG_TRANSFORM_MAX .. NG_TRANSFORM_MAX, with one warning a file; NaN stays.
 void ng_gltf_keep_within(struct gltf_loader *l, const char *where, const char *what, float *values,
                          size_t count);
