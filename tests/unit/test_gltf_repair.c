@@ -1,0 +1,283 @@
+// What is made of numbers that make no sense: the rest of the file is as it would be without them.
+#include "gltf_maker.h"
+
+#include "asset/assets.h"
+#include "asset/gltf.h"
+#include "components/components.h"
+#include "components/light_directional.h"
+#include "components/light_spot.h"
+#include "components/material.h"
+#include "components/mesh.h"
+#include "scene/world.h"
+
+#include <math.h>
+
+struct loaded {
+    struct ng_world *world;
+    struct ng_assets *assets;
+    struct ng_gltf_scene scene;
+    struct test_log log;
+};
+
+static struct loaded load(const char *path)
+{
+    struct loaded l;
+    assert_int_equal(ng_world_create(NULL, &l.world), NG_OK);
+    assert_int_equal(ng_components_register(l.world), NG_OK);
+    assert_int_equal(ng_assets_create(&l.assets), NG_OK);
+    test_log_begin(&l.log);
+    ng_result r = ng_gltf_load(path, l.world, l.assets, NULL, &l.scene);
+    test_log_end(&l.log);
+    if (r != NG_OK)
+        fail_msg("%s", l.log.text);
+    return l;
+}
+
+static struct loaded load_made(const struct gltf_maker *m, const char *rest)
+{
+    char path[512];
+    gltf_write(m, "repair", rest, path, sizeof path);
+    return load(path);
+}
+
+static void finish(struct loaded *l)
+{
+    ng_assets_destroy(&l->assets);
+    ng_world_destroy(&l->world);
+}
+
+static void expect_warnings(const struct loaded *l, int count, const char *text)
+{
+    if (l->log.warnings != count || !strstr(l->log.text, text))
+        fail_msg("%d warnings with \"%s\" were expected: %s", count, text, l->log.text);
+}
+
+// ---- vertices --------------------------------------------------------------------------------------------
+
+// Two triangles of a square that looks along +Z, and what its vertices have besides.
+static const float square[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+static const uint16_t both[] = {0, 1, 2, 0, 2, 3};
+static const char one_mesh[] =
+    "\"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"primitives\": [{\"attributes\": {%s}, "
+    "\"indices\": %d}]}]";
+
+static const struct ng_geometry *first_geometry(const struct loaded *l)
+{
+    return ng_assets_geometry(l->assets, ng_assets_next(l->assets, NG_ASSET_GEOMETRY, (ng_asset){0}));
+}
+
+static void test_directions_are_computed(void **state)
+{
+    NG_UNUSED(state);
+    const float normals[4][3] = {{NAN, 0, 0}, {0, 0, 0}, {0, 0, 2}, {0, INFINITY, 0}};
+    const float tangents[4][4] = {{NAN, 0, 0, 1}, {0, 0, 0, -1}, {3, 0, 0, 1}, {0, 1, 0, NAN}};
+    const float uvs[4][2] = {{0, 0}, {NAN, 0}, {1, 1}, {0, -INFINITY}};
+    struct gltf_maker m = {0};
+    int positions = GLTF_PUT(&m, 5126, "VEC3", 4, square), normal = GLTF_PUT(&m, 5126, "VEC3", 4, normals);
+    int tangent = GLTF_PUT(&m, 5126, "VEC4", 4, tangents), uv = GLTF_PUT(&m, 5126, "VEC2", 4, uvs);
+    int indices = GLTF_PUT(&m, 5123, "SCALAR", 6, both);
+    char attributes[256], rest[512];
+    snprintf(attributes, sizeof attributes,
+             "\"POSITION\": %d, \"NORMAL\": %d, \"TANGENT\": %d, \"TEXCOORD_0\": %d", positions, normal,
+             tangent, uv);
+    snprintf(rest, sizeof rest, one_mesh, attributes, indices);
+    struct loaded l = load_made(&m, rest);
+    expect_warnings(&l, 3,
+                    "the NORMAL of vertex 0 has no direction; it is computed (and 2 more of this kind)");
+    expect_warnings(&l, 3,
+                    "the TANGENT of vertex 0 has no direction; it is computed (and 1 more of this kind)");
+    expect_warnings(&l, 3, "the TEXCOORD of vertex 1 is not finite; it is 0, 0 (and 1 more of this kind)");
+    const struct ng_geometry *g = first_geometry(&l);
+    assert_int_equal(g->vertex_count, 4);
+    for (size_t i = 0; i < 4; i++) {
+        assert_float_equal(g->normals[i * 3 + 2], 1, 1e-6);
+        const float *t = g->tangents + i * 4;
+        assert_float_equal(t[0] * t[0] + t[1] * t[1], 1, 1e-5); // at right angles to the normal
+        assert_float_equal(fabsf(t[3]), 1, 0);
+        assert_true(isfinite(g->uvs[i * 2]) && isfinite(g->uvs[i * 2 + 1]));
+    }
+    assert_float_equal(g->tangents[8], 1, 1e-6);
+    finish(&l);
+}
+
+// A vertex without a place costs its triangles, an index without a vertex its triangle; bounds are of the
+// rest.
+static void test_triangles_are_left_out(void **state)
+{
+    NG_UNUSED(state);
+    const float nowhere[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {NAN, 5, INFINITY}};
+    const uint16_t beyond[] = {0, 1, 2, 0, 2, 9};
+    for (int i = 0; i < 2; i++) {
+        struct gltf_maker m = {0};
+        int positions = i ? GLTF_PUT(&m, 5126, "VEC3", 4, square) : GLTF_PUT(&m, 5126, "VEC3", 4, nowhere);
+        int indices = i ? GLTF_PUT(&m, 5123, "SCALAR", 6, beyond) : GLTF_PUT(&m, 5123, "SCALAR", 6, both);
+        char attributes[64], rest[512];
+        snprintf(attributes, sizeof attributes, "\"POSITION\": %d", positions);
+        snprintf(rest, sizeof rest, one_mesh, attributes, indices);
+        struct loaded l = load_made(&m, rest);
+        expect_warnings(&l, 1,
+                        i ? "index 9 is not below the 4 vertices; the triangle is left out"
+                          : "the POSITION of vertex 3 is not a finite number; its triangles are left out");
+        const struct ng_geometry *g = first_geometry(&l);
+        assert_int_equal(g->index_count, 3);
+        assert_float_equal(g->bounds_max[0], 1, 0);
+        assert_float_equal(g->bounds_max[1], 1, 0);
+        assert_float_equal(g->bounds_max[2], 0, 0);
+        finish(&l);
+    }
+}
+
+// One primitive that cannot be read costs itself, however often its mesh is used.
+static void test_one_primitive_is_lost(void **state)
+{
+    NG_UNUSED(state);
+    struct gltf_maker m = {0};
+    int positions = GLTF_PUT(&m, 5126, "VEC3", 4, square), indices = GLTF_PUT(&m, 5123, "SCALAR", 6, both);
+    char rest[512];
+    snprintf(rest, sizeof rest,
+             "\"nodes\": [{\"mesh\": 0}, {\"mesh\": 0}], \"meshes\": [{\"primitives\": ["
+             "{\"attributes\": {\"POSITION\": 7}}, {\"attributes\": {\"POSITION\": %d}, \"indices\": %d}, "
+             "{\"attributes\": {}}]}]",
+             positions, indices);
+    struct loaded l = load_made(&m, rest);
+    expect_warnings(&l, 1,
+                    "mesh 0, primitive 0: POSITION: accessor 7 is not one of 2; the primitive is left out\n");
+    assert_int_equal(l.scene.primitive_count, 2);
+    assert_int_equal(l.scene.triangle_count, 4);
+    finish(&l);
+}
+
+// ---- key frames ------------------------------------------------------------------------------------------
+
+// The clip of one channel that moves node 0 along x.
+static struct loaded load_keys(const float *times, const float *x, int count, const char *interpolation)
+{
+    struct gltf_maker m = {0};
+    float values[16][3] = {{0}};
+    int rows = strcmp(interpolation, "CUBICSPLINE") == 0 ? count * 3 : count;
+    for (int i = 0; i < rows; i++)
+        values[i][0] = x[i];
+    int input = gltf_put(&m, 5126, "SCALAR", count, times, (size_t)count * sizeof *times);
+    int output = gltf_put(&m, 5126, "VEC3", rows, values, (size_t)rows * sizeof *values);
+    char rest[512];
+    snprintf(rest, sizeof rest,
+             "\"nodes\": [{}], \"animations\": [{\"channels\": [{\"sampler\": 0, \"target\": {\"node\": 0, "
+             "\"path\": "
+             "\"translation\"}}, {\"sampler\": 0, \"target\": {\"path\": \"translation\"}}], \"samplers\": "
+             "[{\"input\": %d, "
+             "\"output\": %d, \"interpolation\": \"%s\"}]}]",
+             input, output, interpolation);
+    return load_made(&m, rest);
+}
+
+static const struct ng_clip *first_clip(const struct loaded *l)
+{
+    return ng_assets_clip(l->assets, ng_assets_next(l->assets, NG_ASSET_CLIP, (ng_asset){0}));
+}
+
+static void expect_keys(const struct loaded *l, const float *times, const float *x, uint32_t count)
+{
+    const struct ng_clip *clip = first_clip(l);
+    assert_int_equal(clip->channel_count, 1); // one without a node is no channel
+    const struct ng_channel *c = clip->channels;
+    uint32_t width = c->interpolation == NG_INTERPOLATION_CUBIC ? 9 : 3;
+    assert_int_equal(c->key_count, count);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_float_equal(c->times[i], times[i], 1e-6);
+        assert_float_equal(c->values[i * width], x[i], 0);
+        assert_true(i == 0 || c->times[i] > c->times[i - 1]);
+    }
+    assert_float_equal(clip->duration, times[count - 1], 0);
+}
+
+static void test_times(void **state)
+{
+    NG_UNUSED(state);
+    // Equal times: at the start the last counts, later the first until then and the last from then on.
+    struct loaded l = load_keys((float[]){0, 0, 1, 1, 1, 2}, (float[]){5, 1, 2, 9, 3, 4}, 6, "LINEAR");
+    expect_warnings(&l, 1, "times are not increasing at key 1");
+    expect_keys(&l, (float[]){0, 1, 1, 2}, (float[]){1, 2, 3, 4}, 4);
+    finish(&l);
+    l = load_keys((float[]){2, 0, 1}, (float[]){3, 1, 2}, 3, "STEP");
+    expect_warnings(&l, 1, "times are not increasing at key 1");
+    expect_keys(&l, (float[]){0, 1, 2}, (float[]){1, 2, 3}, 3);
+    finish(&l);
+    l = load_keys((float[]){0, NAN, 1, INFINITY}, (float[]){1, 7, NAN, 8}, 4, "LINEAR");
+    expect_warnings(
+        &l, 1, "key 1 has what is no finite number, or a rotation of length 0; the key is left out (and 2");
+    expect_keys(&l, (float[]){0}, (float[]){1}, 1);
+    finish(&l);
+    l = load_keys((float[]){-1, 1}, (float[]){1, 2}, 2, "LINEAR");
+    expect_warnings(&l, 1, "the first time -1 is negative; it is played from 0");
+    expect_keys(&l, (float[]){-1, 1}, (float[]){1, 2}, 2);
+    finish(&l);
+    l = load_keys((float[]){1, 0}, (float[]){4, 5, 6, 1, 2, 3}, 2, "CUBICSPLINE");
+    expect_warnings(&l, 1, "times are not increasing at key 1");
+    expect_keys(&l, (float[]){0, 1}, (float[]){1, 4}, 2);
+    finish(&l);
+}
+
+static void test_no_key_is_left(void **state)
+{
+    NG_UNUSED(state);
+    struct loaded l = load_keys((float[]){NAN, NAN}, (float[]){1, 2}, 2, "LINEAR");
+    expect_warnings(&l, 2, "animation 0, channel 0: has no keys; the channel is left out");
+    assert_int_equal(first_clip(&l)->channel_count, 0);
+    finish(&l);
+}
+
+// ---- values ----------------------------------------------------------------------------------------------
+
+static void test_values_are_moved(void **state)
+{
+    NG_UNUSED(state);
+    const struct gltf_maker m = {0};
+    struct loaded l = load_made(
+        &m,
+        "\"nodes\": [{\"extensions\": {\"KHR_lights_punctual\": {\"light\": 0}}}, {\"extensions\": "
+        "{\"KHR_lights_punctual\": {\"light\": 1}}}, {\"rotation\": [0, 0, 0, 0], \"scale\": [0, 1, 1]}], "
+        "\"extensions\": {\"KHR_lights_punctual\": {\"lights\": ["
+        "{\"type\": \"spot\", \"color\": [1, -1, 1e300], \"intensity\": -3, \"spot\": {\"innerConeAngle\": "
+        "0.4, "
+        "\"outerConeAngle\": 0.4}}, {\"type\": \"directional\", \"color\": [1, 1], \"intensity\": 1e300}]}}, "
+        "\"materials\": [{\"emissiveFactor\": [0, 4, 2], \"alphaCutoff\": -1, \"pbrMetallicRoughness\": "
+        "{\"baseColorFactor\": [2, 0.5, -1, 7], \"metallicFactor\": -0.5, \"roughnessFactor\": 1.5}}]");
+    struct ng_light_spot spot = {0};
+    struct ng_light_directional sun = {0};
+    struct ng_material material = {0};
+    for (ng_entity e = l.scene.root; !ng_entity_is_null(e);
+         e = ng_world_next_below(l.world, l.scene.root, e)) {
+        if (ng_world_has(l.world, e, NG_LIGHT_SPOT))
+            spot = *(const struct ng_light_spot *)ng_world_get(l.world, e, NG_LIGHT_SPOT);
+        if (ng_world_has(l.world, e, NG_LIGHT_DIRECTIONAL))
+            sun = *(const struct ng_light_directional *)ng_world_get(l.world, e, NG_LIGHT_DIRECTIONAL);
+        if (ng_world_has(l.world, e, NG_MATERIAL))
+            material = *(const struct ng_material *)ng_world_get(l.world, e, NG_MATERIAL);
+    }
+    assert_int_equal(l.log.errors, 0);
+    assert_float_equal(spot.intensity, 0, 0);
+    assert_float_equal(spot.color[1], 0, 0);
+    assert_true(isfinite(spot.color[2]) && spot.color[2] > 1);
+    assert_true(spot.inner_angle < spot.outer_angle && spot.inner_angle > 0.3999f);
+    assert_float_equal(sun.color[1], 1, 0);
+    assert_true(isfinite(sun.irradiance) && sun.irradiance > 1);
+    assert_float_equal(material.base_color[0], 1, 0);
+    assert_float_equal(material.base_color[2], 0, 0);
+    assert_float_equal(material.alpha, 1, 0);
+    assert_float_equal(material.metallic, 0, 0);
+    assert_float_equal(material.roughness, 1, 0);
+    assert_float_equal(material.emissive[1], 1, 0);
+    assert_float_equal(material.emissive[2], 0.5, 0);
+    assert_float_equal(material.emissive_strength, 4, 0);
+    finish(&l);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_directions_are_computed), cmocka_unit_test(test_triangles_are_left_out),
+        cmocka_unit_test(test_one_primitive_is_lost),   cmocka_unit_test(test_times),
+        cmocka_unit_test(test_no_key_is_left),          cmocka_unit_test(test_values_are_moved),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
