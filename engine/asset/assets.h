@@ -51,6 +51,14 @@ struct ng_geometry {
     uint16_t *joints;  // [vertex_count][4], or null
     float *weights;    // [vertex_count][4], sum 1; or null
     uint32_t *indices; // [index_count], a multiple of 3; counter-clockwise is the front
+    // Morph targets (components/morph.h): what each, at a weight of 1, adds to the vertices that it moves.
+    // Deltas of target t are those from target_ends[t - 1] (0 for the first) to target_ends[t].
+    uint32_t target_count, delta_count;
+    uint32_t *target_ends;    // [target_count], or null
+    uint32_t *delta_vertices; // [delta_count], increasing within a target; or null
+    float *delta_positions;   // [delta_count][3], metres; or null
+    float *delta_normals;     // [delta_count][3], or null: normals stay
+    float *delta_tangents;    // [delta_count][3], or null: tangents stay
     // Points as they were before the first of them was edited, since the content was taken or replaced; null:
     // none was. The store makes and keeps them: structures that are built around points at rest, and refitted
     // to where they are, are the same ones whatever way the points went.

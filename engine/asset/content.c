@@ -34,6 +34,11 @@ static const struct array geometry_arrays[] = {
     OF_GEOMETRY(joints, vertex_count, 8, NG_PART_TOPOLOGY),
     OF_GEOMETRY(weights, vertex_count, 16, NG_PART_TOPOLOGY),
     OF_GEOMETRY(indices, index_count, 4, NG_PART_TOPOLOGY),
+    OF_GEOMETRY(target_ends, target_count, 4, NG_PART_TOPOLOGY),
+    OF_GEOMETRY(delta_vertices, delta_count, 4, NG_PART_TOPOLOGY),
+    OF_GEOMETRY(delta_positions, delta_count, 12, NG_PART_TOPOLOGY),
+    OF_GEOMETRY(delta_normals, delta_count, 12, NG_PART_TOPOLOGY),
+    OF_GEOMETRY(delta_tangents, delta_count, 12, NG_PART_TOPOLOGY),
 };
 static const struct array cage_arrays[] = {
     OF_CAGE(positions, vertex_count, 12, NG_PART_POINTS),

@@ -47,15 +47,16 @@ void ng_extractor_destroy(struct ng_extractor **extractor)
     for (uint32_t i = 0; i < x->light_types; i++)
         ng_query_destroy(&x->lights[i]);
     for (size_t i = 0; i < x->pieces.count; i++)
-        ng_extract_free_skin(&x->pieces.items[i].skin);
+        ng_extract_free_deformed(&x->pieces.items[i].deformed);
     for (size_t i = 0; i < x->old_pieces.count; i++)
-        ng_extract_free_skin(&x->old_pieces.items[i].skin);
+        ng_extract_free_deformed(&x->old_pieces.items[i].deformed);
     ng_extract_finish_poses(x);
     ng_extract_finish_lights(x);
     ng_extract_finish_shapes(x);
     ng_array_finish(&x->pieces);
     ng_array_finish(&x->old_pieces);
     ng_array_finish(&x->moved);
+    ng_array_finish(&x->morphing);
     ng_array_finish(&x->skinning);
     ng_array_finish(&x->posing);
     ng_array_finish(&x->records);
@@ -268,9 +269,9 @@ static void stop_motion(struct ng_extractor *x)
 static void forget(struct ng_extractor *x)
 {
     for (size_t i = 0; i < x->pieces.count; i++)
-        ng_extract_free_skin(&x->pieces.items[i].skin);
+        ng_extract_free_deformed(&x->pieces.items[i].deformed);
     for (size_t i = 0; i < x->old_pieces.count; i++)
-        ng_extract_free_skin(&x->old_pieces.items[i].skin);
+        ng_extract_free_deformed(&x->old_pieces.items[i].deformed);
     for (size_t i = 0; i < x->slots.count; i++)
         x->slots.items[i].instance = NG_NONE;
     x->pieces.count = x->old_pieces.count = x->instances.count = x->old_instances.count = 0;

@@ -2,12 +2,14 @@
 #ifndef NG_RENDER_EXTRACT_INTERNAL_H
 #define NG_RENDER_EXTRACT_INTERNAL_H
 
+#include "anim/morph.h"
 #include "anim/skinning.h"
 #include "asset/assets.h"
 #include "asset/refiner.h"
 #include "base/array.h"
 #include "components/components.h"
 #include "components/material.h"
+#include "components/morph.h"
 #include "render/extract.h"
 #include "render/index_map.h"
 #include "scene/query.h"
@@ -46,11 +48,14 @@ struct ng_pose {
     bool used;
 };
 
-// A mesh that follows joints: world-space vertices of its own.
-struct ng_skinned {
-    struct ng_pose *pose;
-    uint64_t posed;          // version of the pose that it was last skinned with; 0: never
-    uint64_t posed_revision; // of the shape, then
+// A mesh with vertices of its own, since joints move it, or morph targets, or both.
+struct ng_deformed {
+    struct ng_pose *pose;    // null: no joints move it, its vertices are in object space
+    bool made;               // once, with:
+    uint64_t posed;          // version of the pose
+    uint64_t posed_revision; // of the shape
+    struct ng_morph weights; // of the geometry's targets, those that it has
+    float *morphed;          // with targets and joints: positions, normals, tangents before joints move them
     float *cage;             // skinned control points of a subdivided mesh
     float *positions[2], *normals, *tangents;
     float *memory; // all of the above
@@ -65,7 +70,7 @@ struct ng_piece {
     uint64_t shape_revision;
     uint64_t reflection; // revisions of the material that it shows; of emission 0 where a light tells it
     uint64_t emission;
-    struct ng_skinned *skin; // null: rigid
+    struct ng_deformed *deformed; // null: rigid
 };
 
 // ---- lights ----------------------------------------------------------------------------------------------
@@ -132,8 +137,9 @@ struct ng_extractor {
     NG_ARRAY(struct ng_pose *) poses;
     struct ng_index_map pose_of; // by skeleton
     NG_ARRAY(uint32_t) moved;    // instances whose flag and previous matrix are to be settled
+    NG_ARRAY(struct ng_morph_params) morphing;
     NG_ARRAY(struct ng_skin_params) skinning;
-    NG_ARRAY(uint32_t) posing; // pieces that are skinned this frame
+    NG_ARRAY(uint32_t) posing; // pieces that are deformed this frame
 
     NG_ARRAY(struct ng_material_record) records; // 0: the default material
     NG_ARRAY(struct ng_material_record) old_records;
@@ -204,16 +210,16 @@ void ng_extract_set_mirrored(struct ng_snapshot_instance *instance, const float 
 const float *ng_extract_placement(const struct ng_extractor *x, ng_entity e);
 
 // ---- extract_skins.c -------------------------------------------------------------------------------------
-// Has a listed piece follow the skin that its entity names, if it can: as the old one (or null) did, whose
-// skin it takes, or anew.
-NG_NODISCARD ng_result ng_extract_skin_piece(struct ng_extractor *x, struct ng_piece *piece,
-                                             struct ng_piece *old);
-void ng_extract_free_skin(struct ng_skinned **skin);
+// Has a listed piece follow the targets of its geometry and the skin that its entity names, if it can: as the
+// old one (or null) did, whose vertices it takes, or anew.
+NG_NODISCARD ng_result ng_extract_deform_piece(struct ng_extractor *x, struct ng_piece *piece,
+                                               struct ng_piece *old);
+void ng_extract_free_deformed(struct ng_deformed **skin);
 // Drops poses that no piece was made to follow since the mark.
 void ng_extract_mark_poses(struct ng_extractor *x);
 void ng_extract_sweep_poses(struct ng_extractor *x);
 void ng_extract_finish_poses(struct ng_extractor *x);
-// Skins and refines what its joints moved.
+// Morphs, skins and refines what deformed.
 NG_NODISCARD ng_result ng_extract_pose(struct ng_extractor *x);
 
 // ---- extract_lights.c ------------------------------------------------------------------------------------
@@ -235,6 +241,7 @@ enum ng_extract_warning {
     NG_WARN_GEOMETRY,
     NG_WARN_CAGE,
     NG_WARN_SKIN,
+    NG_WARN_MORPH,
     NG_WARN_EMISSION,
     NG_WARN_SPHERE,
     NG_WARN_ENVIRONMENTS,

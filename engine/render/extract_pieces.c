@@ -58,7 +58,7 @@ void ng_extract_set_mirrored(struct ng_snapshot_instance *instance, const float 
 
 const struct ng_snapshot_mesh *ng_extract_piece_mesh(const struct ng_piece *piece)
 {
-    return piece->skin ? &piece->skin->mesh : &piece->shape->mesh;
+    return piece->deformed ? &piece->deformed->mesh : &piece->shape->mesh;
 }
 
 // ---- motion ----------------------------------------------------------------------------------------------
@@ -83,19 +83,25 @@ void ng_extract_settle(struct ng_extractor *x)
         instance->flags &= ~(uint32_t)NG_INSTANCE_MOVED;
         memcpy(instance->previous_matrix, instance->matrix, sizeof instance->matrix);
         x->mesh_array.items[instance->mesh].previous_positions = NULL;
-        if (index < x->pieces.count && x->pieces.items[index].skin)
-            x->pieces.items[index].skin->mesh.previous_positions = NULL;
+        if (index < x->pieces.count && x->pieces.items[index].deformed)
+            x->pieces.items[index].deformed->mesh.previous_positions = NULL;
     }
     x->moved.count = 0;
 }
 
-// Takes a rigid piece's placement from the world.
+// Joints have placed its vertices.
+static bool in_world_space(const struct ng_piece *piece)
+{
+    return piece->deformed && piece->deformed->pose;
+}
+
+// Takes a piece's placement from the world.
 static ng_result place_piece(struct ng_extractor *x, uint32_t index)
 {
     struct ng_snapshot_instance *instance = &x->instances.items[index];
     const float *matrix = ng_extract_placement(x, instance->entity);
     float rows[12];
-    if (x->pieces.items[index].skin)
+    if (in_world_space(&x->pieces.items[index]))
         return NG_OK;
     ng_extract_rows(matrix, rows);
     if (ng_extract_same(rows, instance->matrix, sizeof rows))
@@ -198,9 +204,9 @@ static ng_result list_piece(struct ng_extractor *x, uint32_t index, struct ng_pi
 {
     struct ng_piece *piece = &x->pieces.items[index];
     struct ng_snapshot_instance *instance = &x->instances.items[index];
-    bool had_skin = old && old->skin;
-    NG_TRY(ng_extract_skin_piece(x, piece, old));
-    bool same_skin = had_skin ? !old->skin : !piece->skin;
+    bool deformed = old && old->deformed;
+    NG_TRY(ng_extract_deform_piece(x, piece, old));
+    bool same_deformed = deformed ? !old->deformed : !piece->deformed;
 
     *instance = was ? *was : (struct ng_snapshot_instance){.entity = piece->entity};
     set_flag(instance, NG_INSTANCE_MOVED, false);
@@ -213,14 +219,17 @@ static ng_result list_piece(struct ng_extractor *x, uint32_t index, struct ng_pi
     }
     bool same_material = !show_material(x, index);
 
-    if (piece->skin)
+    if (in_world_space(piece))
         ng_extract_rows(identity, instance->matrix);
-    else
+    else {
+        ng_extract_set_mirrored(instance,
+                                ng_extract_placement(x, piece->entity)); // joints may have said else
         NG_TRY(place_piece(x, index));
+    }
     ng_extract_bounds(instance, ng_extract_piece_mesh(piece));
-    if (!was || !same_skin)
+    if (!was || !same_deformed)
         memcpy(instance->previous_matrix, instance->matrix, sizeof instance->matrix);
-    bool same = was && same_skin && same_material && old->shape_key == piece->shape_key &&
+    bool same = was && same_deformed && same_material && old->shape_key == piece->shape_key &&
                 old->shape_revision == piece->shape_revision;
     return same ? NG_OK : ng_extract_touch(x, index);
 }
@@ -264,8 +273,8 @@ static ng_result list_meshes(struct ng_extractor *x)
         x->builtin[i]->index = NG_NONE;
     for (uint32_t i = 0; i < x->pieces.count; i++) {
         struct ng_piece *piece = &x->pieces.items[i];
-        uint32_t *index = piece->skin ? &x->instances.items[i].mesh : &piece->shape->index;
-        if (piece->skin || *index == NG_NONE)
+        uint32_t *index = piece->deformed ? &x->instances.items[i].mesh : &piece->shape->index;
+        if (piece->deformed || *index == NG_NONE)
             NG_TRY(list_mesh(x, ng_extract_piece_mesh(piece), index));
         x->instances.items[i].mesh = *index;
     }
@@ -311,7 +320,7 @@ ng_result ng_extract_list_pieces(struct ng_extractor *x)
     if (stayed != before) // something vanished
         x->snapshot.geometry_version = x->snapshot.surface_version = ++x->clock;
     for (size_t i = 0; i < x->old_pieces.count; i++)
-        ng_extract_free_skin(&x->old_pieces.items[i].skin);
+        ng_extract_free_deformed(&x->old_pieces.items[i].deformed);
     x->old_pieces.count = x->old_instances.count = 0;
     ng_extract_sweep_shapes(x);
     ng_extract_sweep_poses(x);
@@ -333,7 +342,7 @@ static ng_result follow_materials(struct ng_extractor *x)
     return NG_OK;
 }
 
-// Pieces whose shape has got other points. Those of skins follow when they are posed.
+// Pieces whose shape has got other points. Those that deform follow when they do.
 static ng_result follow_points(struct ng_extractor *x)
 {
     for (uint32_t i = 0; i < x->pieces.count; i++) {
@@ -342,7 +351,7 @@ static ng_result follow_points(struct ng_extractor *x)
         if (piece->shape_revision == piece->shape->mesh.revision)
             continue;
         piece->shape_revision = piece->shape->mesh.revision;
-        if (piece->skin)
+        if (piece->deformed)
             continue;
         x->mesh_array.items[instance->mesh] = piece->shape->mesh;
         ng_extract_bounds(instance, &piece->shape->mesh);

@@ -64,7 +64,7 @@ static void measure_shape(const struct ng_light_slot *slot, struct extent *out)
 static bool measure_mesh(const struct ng_extractor *x, const struct ng_light_slot *slot, struct extent *out)
 {
     uint32_t index = ng_index_map_get(&x->piece_of, slot->entity.id);
-    if (index == UINT32_MAX || x->pieces.items[index].skin)
+    if (index == UINT32_MAX || x->pieces.items[index].deformed)
         return false;
     const struct ng_snapshot_mesh *mesh = ng_extract_piece_mesh(&x->pieces.items[index]);
     out->kind = (uint64_t)mesh->vertex_count << 32 | mesh->index_count; // copies of a mesh are alike

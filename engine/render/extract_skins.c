@@ -1,5 +1,5 @@
-// Pieces that follow joints. A palette is read once for all pieces of its skeleton; a piece is skinned only
-// where it differs from the one it was last skinned with.
+// Pieces that deform: by morph targets, by joints, or by both, in that order. A palette is read once for all
+// pieces of its skeleton; a piece is deformed only where palette or weights differ from the last ones.
 #include "base/jobs.h"
 #include "base/log.h"
 #include "components/skin.h"
@@ -93,13 +93,13 @@ static void follow_joints(struct ng_extractor *x, struct ng_pose *pose)
     pose->version = ++x->clock;
 }
 
-// ---- skins -----------------------------------------------------------------------------------------------
-void ng_extract_free_skin(struct ng_skinned **skin)
+// ---- pieces ----------------------------------------------------------------------------------------------
+void ng_extract_free_deformed(struct ng_deformed **deformed)
 {
-    if (*skin)
-        free((*skin)->memory);
-    free(*skin);
-    *skin = NULL;
+    if (*deformed)
+        free((*deformed)->memory);
+    free(*deformed);
+    *deformed = NULL;
 }
 
 static const float *rest_of(const struct ng_shape *shape)
@@ -107,18 +107,24 @@ static const float *rest_of(const struct ng_shape *shape)
     return shape->mesh.rest_positions ? shape->mesh.rest_positions : shape->mesh.positions;
 }
 
-// One block of floats for everything that a skinned piece needs.
-static ng_result make_skin(struct ng_extractor *x, struct ng_pose *pose, const struct ng_shape *shape,
-                           struct ng_skinned **out)
+static bool morphs(const struct ng_shape *shape)
+{
+    return shape->source->target_count && !shape->refiner;
+}
+
+// One block of floats for everything that a piece needs.
+static ng_result make_deformed(struct ng_extractor *x, struct ng_pose *pose, const struct ng_shape *shape,
+                               struct ng_deformed **out)
 {
     size_t n = shape->mesh.vertex_count, cage = shape->refiner ? shape->cage->vertex_count : 0;
-    struct ng_skinned *s = calloc(1, sizeof *s);
+    size_t morphed = pose && morphs(shape) ? n * 10 : 0;
+    struct ng_deformed *s = calloc(1, sizeof *s);
     *out = s;
     if (!s)
         return ng_out_of_memory("the frame's scene");
-    s->memory = calloc(n * 13 + cage * 3 + 1, sizeof(float));
+    s->memory = calloc(n * 13 + cage * 3 + morphed + 1, sizeof(float));
     if (!s->memory) {
-        ng_extract_free_skin(out);
+        ng_extract_free_deformed(out);
         return ng_out_of_memory("the frame's scene");
     }
     float *at = s->memory;
@@ -126,7 +132,8 @@ static ng_result make_skin(struct ng_extractor *x, struct ng_pose *pose, const s
     s->positions[1] = at += n * 3;
     s->normals = at += n * 3;
     s->tangents = at += n * 3;
-    s->cage = at + n * 4;
+    s->cage = at += n * 4;
+    s->morphed = morphed ? at + cage * 3 : NULL;
     s->pose = pose;
     s->mesh = shape->mesh;
     s->mesh.key = ++x->clock;
@@ -161,28 +168,62 @@ static const struct ng_skeleton *usable_skeleton(struct ng_extractor *x, ng_enti
     return reason ? NULL : skeleton;
 }
 
-ng_result ng_extract_skin_piece(struct ng_extractor *x, struct ng_piece *piece, struct ng_piece *old)
+static void warn_subdivided(struct ng_extractor *x, const struct ng_piece *piece)
 {
-    const struct ng_skeleton *skeleton = usable_skeleton(x, piece->entity, piece->shape);
-    if (!skeleton)
-        return NG_OK;
-    ng_asset id = ((const struct ng_skin *)ng_world_get(x->world, piece->entity, NG_SKIN))->skin;
-    struct ng_pose *pose;
-    NG_TRY(find_pose(x, id, skeleton->joint_count, &pose));
-    pose->used = true;
-    if (old && old->skin && old->skin->pose == pose && old->shape_key == piece->shape_key) {
-        piece->skin = old->skin;
-        old->skin = NULL;
-        return NG_OK;
-    }
-    return make_skin(x, pose, piece->shape, &piece->skin);
+    char name[NG_TEXT_SIZE];
+    if (piece->shape->source->target_count && piece->shape->refiner &&
+        ng_extract_warn_once(x, piece->entity, NG_WARN_MORPH))
+        ng_log_warn("mesh '%s' does not follow its morph targets: it is subdivided",
+                    ng_extract_name(x, piece->entity, name));
 }
 
-// ---- posing ----------------------------------------------------------------------------------------------
+ng_result ng_extract_deform_piece(struct ng_extractor *x, struct ng_piece *piece, struct ng_piece *old)
+{
+    const struct ng_skeleton *skeleton = usable_skeleton(x, piece->entity, piece->shape);
+    struct ng_pose *pose = NULL;
+    warn_subdivided(x, piece);
+    if (skeleton) {
+        ng_asset id = ((const struct ng_skin *)ng_world_get(x->world, piece->entity, NG_SKIN))->skin;
+        NG_TRY(find_pose(x, id, skeleton->joint_count, &pose));
+        pose->used = true;
+    }
+    if (!pose && !morphs(piece->shape))
+        return NG_OK;
+    if (old && old->deformed && old->deformed->pose == pose && old->shape_key == piece->shape_key) {
+        piece->deformed = old->deformed;
+        old->deformed = NULL;
+        return NG_OK;
+    }
+    return make_deformed(x, pose, piece->shape, &piece->deformed);
+}
+
+// ---- deforming -------------------------------------------------------------------------------------------
+static struct ng_morph_params morph_params(struct ng_piece *piece)
+{
+    const struct ng_geometry *g = piece->shape->source;
+    struct ng_deformed *s = piece->deformed;
+    size_t n = g->vertex_count;
+    uint32_t targets = g->target_count < NG_MORPH_TARGETS ? g->target_count : NG_MORPH_TARGETS;
+    return (struct ng_morph_params){.vertex_count = g->vertex_count,
+                                    .target_count = targets,
+                                    .weights = s->weights.weights,
+                                    .target_ends = g->target_ends,
+                                    .delta_vertices = g->delta_vertices,
+                                    .delta_positions = g->delta_positions,
+                                    .delta_normals = g->delta_normals,
+                                    .delta_tangents = g->delta_tangents,
+                                    .positions = g->positions,
+                                    .normals = g->normals,
+                                    .tangents = g->tangents,
+                                    .out_positions = s->morphed ? s->morphed : s->positions[s->now],
+                                    .out_normals = s->morphed ? s->morphed + n * 3 : s->normals,
+                                    .out_tangents = s->morphed ? s->morphed + n * 6 : s->tangents};
+}
+
 static struct ng_skin_params skin_params(struct ng_piece *piece)
 {
     const struct ng_geometry *g = piece->shape->source;
-    struct ng_skinned *s = piece->skin;
+    struct ng_deformed *s = piece->deformed;
     struct ng_skin_params p = {.joint_count = s->pose->joint_count, .palette = s->pose->palette};
     if (piece->shape->refiner) {
         p.vertex_count = piece->shape->cage->vertex_count;
@@ -192,36 +233,66 @@ static struct ng_skin_params skin_params(struct ng_piece *piece)
         p.out_positions = s->cage;
         return p;
     }
-    p.vertex_count = g->vertex_count;
+    size_t n = p.vertex_count = g->vertex_count;
     p.joints = g->joints;
     p.weights = g->weights;
-    p.positions = g->positions;
-    p.normals = g->normals;
-    p.tangents = g->tangents;
+    p.positions = s->morphed ? s->morphed : g->positions;
+    p.normals = s->morphed ? s->morphed + n * 3 : g->normals;
+    p.tangents = s->morphed ? s->morphed + n * 6 : g->tangents;
     p.out_positions = s->positions[s->now];
     p.out_normals = s->normals;
     p.out_tangents = s->tangents;
     return p;
 }
 
-// Finds the pieces whose joints or points moved, and readies their buffers.
-static ng_result find_posing(struct ng_extractor *x)
+// Takes on the weights of this frame; true if they are others.
+static bool follow_weights(struct ng_extractor *x, const struct ng_piece *piece)
 {
-    x->posing.count = x->skinning.count = 0;
+    const struct ng_geometry *g = piece->shape->source;
+    const struct ng_morph *morph = ng_world_get(x->world, piece->entity, NG_MORPH);
+    bool others = false;
+    for (uint32_t t = 0; morphs(piece->shape) && t < g->target_count && t < NG_MORPH_TARGETS; t++) {
+        bool empty = g->target_ends[t] == (t ? g->target_ends[t - 1] : 0);
+        float now = morph && !empty ? morph->weights[t] + 0.0f : 0; // no -0
+        others |= !ng_extract_same(&piece->deformed->weights.weights[t], &now, sizeof now);
+        piece->deformed->weights.weights[t] = now;
+    }
+    return others;
+}
+
+// Readies the buffers of a piece that is to be deformed.
+static ng_result list_deforming(struct ng_extractor *x, uint32_t index)
+{
+    struct ng_piece *piece = &x->pieces.items[index];
+    struct ng_deformed *s = piece->deformed;
+    s->mesh.previous_positions = s->made ? s->positions[s->now] : NULL;
+    s->now = !s->now;
+    s->made = true;
+    s->posed = s->pose ? s->pose->version : 0;
+    s->posed_revision = piece->shape->mesh.revision;
+    s->mesh.rest_positions = rest_of(piece->shape);
+    bool ok = ng_array_push(&x->posing, index);
+    ok = ok && (!morphs(piece->shape) || ng_array_push(&x->morphing, morph_params(piece)));
+    ok = ok && (!s->pose || ng_array_push(&x->skinning, skin_params(piece)));
+    return ok ? NG_OK : ng_out_of_memory("the frame's scene");
+}
+
+// Finds the pieces whose weights, joints or points are others.
+static ng_result find_deforming(struct ng_extractor *x)
+{
+    x->posing.count = x->morphing.count = x->skinning.count = 0;
     for (size_t i = 0; i < x->poses.count; i++)
         follow_joints(x, x->poses.items[i]);
     for (uint32_t i = 0; i < x->pieces.count; i++) {
-        struct ng_skinned *s = x->pieces.items[i].skin;
-        const struct ng_shape *shape = x->pieces.items[i].shape;
-        if (!s || (s->posed == s->pose->version && s->posed_revision == shape->mesh.revision))
+        const struct ng_piece *piece = &x->pieces.items[i];
+        const struct ng_deformed *s = piece->deformed;
+        if (!s)
             continue;
-        s->mesh.previous_positions = s->posed ? s->positions[s->now] : NULL;
-        s->now = !s->now;
-        s->posed = s->pose->version;
-        s->posed_revision = shape->mesh.revision;
-        s->mesh.rest_positions = rest_of(shape);
-        if (!ng_array_push(&x->posing, i) || !ng_array_push(&x->skinning, skin_params(&x->pieces.items[i])))
-            return ng_out_of_memory("the frame's scene");
+        bool weighted = follow_weights(x, piece);
+        bool same = s->made && (!s->pose || s->posed == s->pose->version) &&
+                    s->posed_revision == piece->shape->mesh.revision && !weighted;
+        if (!same)
+            NG_TRY(list_deforming(x, i));
     }
     return NG_OK;
 }
@@ -231,7 +302,7 @@ static void bound_posed(void *user, uint32_t begin, uint32_t end, uint32_t worke
     NG_UNUSED(worker);
     struct ng_extractor *x = user;
     for (uint32_t i = begin; i < end; i++) {
-        struct ng_snapshot_mesh *m = &x->pieces.items[x->posing.items[i]].skin->mesh;
+        struct ng_snapshot_mesh *m = &x->pieces.items[x->posing.items[i]].deformed->mesh;
         if (m->vertex_count)
             memcpy(m->bounds_min, m->positions, sizeof m->bounds_min);
         memcpy(m->bounds_max, m->bounds_min, sizeof m->bounds_max);
@@ -246,11 +317,12 @@ static void bound_posed(void *user, uint32_t begin, uint32_t end, uint32_t worke
 
 ng_result ng_extract_pose(struct ng_extractor *x)
 {
-    NG_TRY(find_posing(x));
+    NG_TRY(find_deforming(x));
+    ng_morph_batch(x->jobs, x->morphing.items, (uint32_t)x->morphing.count);
     ng_skin_batch(x->jobs, x->skinning.items, (uint32_t)x->skinning.count);
     for (size_t i = 0; i < x->posing.count; i++) {
         struct ng_piece *piece = &x->pieces.items[x->posing.items[i]];
-        struct ng_skinned *s = piece->skin;
+        struct ng_deformed *s = piece->deformed;
         s->mesh.positions = s->positions[s->now];
         s->mesh.revision = ++x->clock;
         if (piece->shape->refiner)
@@ -263,13 +335,14 @@ ng_result ng_extract_pose(struct ng_extractor *x)
     ng_jobs_for(x->jobs, (uint32_t)x->posing.count, 1, bound_posed, x);
     for (size_t i = 0; i < x->posing.count; i++) {
         uint32_t index = x->posing.items[i];
-        const struct ng_skinned *s = x->pieces.items[index].skin;
+        const struct ng_deformed *s = x->pieces.items[index].deformed;
         struct ng_snapshot_instance *instance = &x->instances.items[index];
         x->mesh_array.items[instance->mesh] = s->mesh;
         ng_extract_bounds(instance, &s->mesh);
         // Joints under a mirroring parent turn all triangles around; the first joint speaks for them. A
         // palette without joints has a matrix of zeros, which mirrors nothing.
-        ng_extract_set_mirrored(instance, (const float *)s->pose->palette);
+        if (s->pose)
+            ng_extract_set_mirrored(instance, (const float *)s->pose->palette);
         NG_TRY(ng_extract_touch(x, index));
     }
     return NG_OK;

@@ -16,7 +16,8 @@
 #define NG_NONE UINT32_MAX
 
 // Triangles in memory. Static ones are in object space and have another revision where their points were
-// edited; dynamic ones (skinned) are in world space and change every frame that they move.
+// edited; dynamic ones change every frame that they deform: morphed ones in object space, those that joints
+// move in world space.
 struct ng_snapshot_mesh {
     uint64_t key; // identity of the buffers: the same key and revision mean the same content
     uint64_t revision;
@@ -24,7 +25,7 @@ struct ng_snapshot_mesh {
     uint32_t vertex_count, index_count;
     const float *positions;          // [vertex_count][3]
     const float *previous_positions; // dynamic only: last frame's, for motion; else null
-    // Dynamic: before joints move them, in object space; else before any of them was edited, or null where
+    // Dynamic: before targets and joints move them, in object space; else before any of them was edited, or null where
     // none was. They follow from the scene, not from who draws it: the same for all revisions of a key, or
     // null.
     const float *rest_positions;
@@ -59,7 +60,7 @@ struct ng_snapshot_instance {
     uint32_t flags;
     uint64_t version; // changes when placement, geometry or reflection (not emission) do: what a cached
                       // view compares
-    float matrix[12]; // 3x4 row-major, object to world; identity for dynamic meshes
+    float matrix[12]; // 3x4 row-major, object to world; identity where joints move the mesh
     float previous_matrix[12];          // last frame's
     float bounds_min[3], bounds_max[3]; // world space
 };
