@@ -1,6 +1,7 @@
 // Completion: normals first (they may split vertices), then UVs, then tangents from both, then the bounds.
 #include "asset/geometry.h"
 #include "asset/content_internal.h"
+#include "asset/geometry_internal.h"
 #include "base/hash.h"
 #include "base/log.h"
 
@@ -78,23 +79,14 @@ static bool make_flat_normals(struct ng_geometry *g)
 {
     free(g->tangents); // without normals the file's tangents mean nothing (glTF 2.0, 3.7.2.1)
     g->tangents = NULL;
-    if (!split_vertices(g))
+    if (!ng_geometry_split_targets(g) || !split_vertices(g))
         return false;
     g->normals = malloc((size_t)g->vertex_count * 12 + 1);
     if (!g->normals)
         return false;
     for (size_t t = 0; t < g->index_count; t += 3) {
-        float *p = g->positions + t * 3;
-        vec3 a, b, n;
-        glm_vec3_sub(p + 3, p, a);
-        glm_vec3_sub(p + 6, p, b);
-        glm_vec3_cross(a, b, n);
-        // A degenerate triangle has no area and is never seen; its normal has only to be a unit vector.
-        float length = glm_vec3_norm(n);
-        if (length > 0 && isfinite(length))
-            glm_vec3_scale(n, 1 / length, n);
-        else
-            glm_vec3_copy((vec3){0, 1, 0}, n);
+        float *p = g->positions + t * 3, n[3];
+        ng_flat_normal(p, p + 3, p + 6, n);
         for (size_t k = 0; k < 3; k++)
             glm_vec3_copy(n, g->normals + (t + k) * 3);
     }

@@ -62,17 +62,17 @@ static ng_result read_keys(struct gltf_loader *l, const struct source *s, const 
     if (keys->output >= 0 && (uint32_t)keys->output < l->doc->accessor_count)
         components = l->doc->accessors[keys->output].components;
     const struct gltf_want values = {"animation values", GLTF_QUANTIZED | GLTF_ANY_NUMBER,
-                                     1u << 1 | 1u << c->width, 0, false};
+                                     1u << 1 | (s->field ? 1u << c->width : 0), 0, false};
     NG_TRY(ng_gltf_read(l, keys->output, &values, &c->values, &count));
     uint64_t there = (uint64_t)count * components, key_size = (uint64_t)parts * c->width;
     if (there != c->key_count * key_size) {
         NG_TRY(ng_gltf_fault(&l->faults, "those that have both are played",
                              "%s: accessor %d: %u elements do not fit %u keys of %s", s->where, keys->output,
-                             count, c->key_count, s->field->name));
+                             count, c->key_count, s->field ? s->field->name : "weights"));
         c->key_count = (uint32_t)(there / key_size < c->key_count ? there / key_size : c->key_count);
     }
     NG_TRY(ng_gltf_repair_keys(l, s->where, c));
-    return check_keys(l, s, c);
+    return s->field ? check_keys(l, s, c) : NG_OK;
 }
 
 static ng_result read_channel(struct gltf_loader *l, const struct source *s, struct ng_channel *c)
@@ -83,9 +83,11 @@ static ng_result read_channel(struct gltf_loader *l, const struct source *s, str
     const struct gltf_keys *keys = &s->animation->samplers[s->sampler];
     c->target = s->target;
     c->component = s->component;
-    c->field_offset = s->field->offset;
-    c->width = ng_field_floats(s->field->type);
-    c->rotation = s->field->type == NG_FIELD_QUAT;
+    if (s->field) { // else the width is given
+        c->field_offset = s->field->offset;
+        c->width = ng_field_floats(s->field->type);
+        c->rotation = s->field->type == NG_FIELD_QUAT;
+    }
     NG_TRY(read_interpolation(l, s->where, keys->interpolation, c));
     return read_keys(l, s, keys, c);
 }
@@ -116,6 +118,23 @@ static ng_result find_target(const struct gltf_loader *l, const char *where, int
     return NG_OK;
 }
 
+// Weights of morph targets: as one wide channel, then as the fields that they drive.
+static ng_result weight_channels(struct gltf_loader *l, const struct source *s, int node,
+                                 struct ng_clip *clip)
+{
+    struct ng_channel all = {.width = ng_gltf_weight_count(l, node)};
+    if (ng_gltf_weight_channels(l, node) == 0)
+        return NG_OK;
+    ng_result r = read_channel(l, s, &all);
+    if (r == NG_OK)
+        r = ng_gltf_split_weights(l, node, &all, clip);
+    if (r == NG_OK)
+        clip->duration = fmaxf(clip->duration, all.times[all.key_count - 1]);
+    free(all.times);
+    free(all.values);
+    return r;
+}
+
 // A channel without a node is ignored (glTF 2.0, 5.2.1), unless an extension says what it drives.
 static ng_result standard_channel(struct gltf_loader *l, const char *where, const struct gltf_animation *a,
                                   const struct gltf_channel *channel, struct ng_clip *clip)
@@ -124,10 +143,8 @@ static ng_result standard_channel(struct gltf_loader *l, const char *where, cons
     if (channel->node == -1)
         return NG_OK;
     NG_TRY(find_target(l, where, channel->node, &s.target));
-    if (strcmp(channel->path, "weights") == 0) {
-        ng_gltf_warn(l, &l->warned_weights, "%s: morph weights are ignored", where);
-        return NG_OK;
-    }
+    if (strcmp(channel->path, "weights") == 0)
+        return weight_channels(l, &s, channel->node, clip);
     s.field = ng_component_field(&ng_transform_component, channel->path);
     if (!s.field)
         return ng_gltf_error(l, "%s: there is no path \"%.40s\"", where, channel->path);
@@ -226,6 +243,8 @@ static ng_result make_clip(struct gltf_loader *l, uint32_t index, const struct g
         extra = NULL;
     }
     size_t count = (size_t)a->channel_count + (extra ? extra->count : 0);
+    for (uint32_t i = 0; i < a->channel_count; i++)
+        count += strcmp(a->channels[i].path, "weights") ? 0 : ng_gltf_weight_channels(l, a->channels[i].node);
     NG_TRY(ng_gltf_budget(l, count * sizeof *clip->channels, "an animation"));
     clip->channels = calloc(count + 1, sizeof *clip->channels);
     if (!clip->channels)

@@ -165,6 +165,24 @@ NG_NODISCARD ng_result ng_gltf_repair_keys(struct gltf_loader *l, const char *wh
 NG_NODISCARD ng_result ng_gltf_skin(struct gltf_loader *l, int skin, ng_asset *out);
 NG_NODISCARD ng_result ng_gltf_animations(struct gltf_loader *l);
 
+// ---- gltf_morph.c ----------------------------------------------------------------------------------------
+// Reads the morph targets of a primitive, whose vertices are as the file has them.
+NG_NODISCARD ng_result ng_gltf_targets(struct gltf_loader *l, const struct gltf_primitive *p,
+                                       const char *where, struct ng_geometry *g);
+// Gives an entity with a geometry that has targets the weights that its node or mesh says.
+NG_NODISCARD ng_result ng_gltf_add_morph(struct gltf_loader *l, const char *where, uint32_t node,
+                                         ng_asset geometry, ng_entity e);
+// The box of an instance's geometry with these weights, in object space.
+NG_NODISCARD ng_result ng_gltf_shape_bounds(const struct gltf_loader *l, const struct gltf_instance *instance,
+                                            float low[3], float high[3]);
+// How many weights a key has for a node's mesh; 0: it has no targets.
+uint32_t ng_gltf_weight_count(const struct gltf_loader *l, int node);
+// Channels that drive the weights of everything that a node shows, four each: how many, and from one that has
+// them all (its width) into the clip, which has room.
+size_t ng_gltf_weight_channels(const struct gltf_loader *l, int node);
+NG_NODISCARD ng_result ng_gltf_split_weights(struct gltf_loader *l, int node, const struct ng_channel *all,
+                                             struct ng_clip *clip);
+
 // ---- gltf_instancing.c -----------------------------------------------------------------------------------
 // Where the copies of a node's mesh stand, below the node; from malloc, also on failure. Null: it has none.
 NG_NODISCARD ng_result ng_gltf_copies(struct gltf_loader *l, const char *where, const struct gltf_node *node,

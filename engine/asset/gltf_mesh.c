@@ -277,6 +277,7 @@ static ng_result build(struct gltf_loader *l, const struct gltf_primitive *p, co
     NG_TRY(read_order(l, p, where, g->vertex_count, &g->indices, &g->index_count));
     NG_TRY(make_triangles(l, p, where, g));
     NG_TRY(ng_gltf_repair_geometry(l, where, g));
+    NG_TRY(ng_gltf_targets(l, p, where, g));
     const struct gltf_value *member = ng_gltf_member(p->extension, "cage");
     out->has_cage = member;
     if (member)
@@ -303,8 +304,6 @@ static ng_result add_assets(struct gltf_loader *l, const char *name, struct ng_g
 static ng_result build_shape(struct gltf_loader *l, const struct gltf_primitive *p, const char *name,
                              const char *where, struct gltf_shape *out)
 {
-    if (p->target_count)
-        ng_gltf_warn(l, &l->warned_morph, "%s: morph targets are ignored", where);
     struct ng_geometry g = {0};
     struct ng_cage cage = {0};
     ng_result r = build(l, p, where, &g, &cage, out);
@@ -339,6 +338,7 @@ static uint64_t shape_key(const struct gltf_loader *l, const struct gltf_primiti
         h = ng_hash_combine(h, (uint32_t)p->attributes[i].accessor);
     }
     const struct gltf_value *cage = ng_gltf_member(p->extension, "cage");
+    h = p->targets ? hash_value(h, p->targets) : h;
     return cage ? hash_value(h, cage) : h;
 }
 

@@ -344,6 +344,7 @@ static ng_result attach_primitive(struct gltf_loader *l, const char *where, uint
     struct ng_mesh mesh = {.geometry = instance.shape.geometry, .visible = true};
     NG_TRY(find_material(l, n->mesh, index, &mesh.material));
     NG_TRY(ng_gltf_add(l, e, where, NG_MESH, &mesh));
+    NG_TRY(ng_gltf_add_morph(l, where, node, instance.shape.geometry, e));
     NG_TRY(try_skin(l, where, n, &instance.shape, e, &instance.skin));
     if (!ng_array_push(&l->instances, instance))
         return ng_out_of_memory(l->path);

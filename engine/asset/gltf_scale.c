@@ -86,9 +86,10 @@ struct palette {
     struct ng_joint_matrix matrices[UINT16_MAX + 1];
 };
 
-// A box in world space of what an instance shows; instances of one geometry and skin share it.
+// A box of what an instance shows. In world space where joints move it, and then instances of one geometry
+// and skin share it; else in object space.
 struct box {
-    bool known;
+    bool known; // in world space
     float low[3], high[3];
 };
 
@@ -156,12 +157,14 @@ static int compare_instances(const void *a, const void *b)
 
 // The instances are sorted: of those with one geometry and skin, which stand in one place, the first has the
 // box.
-static ng_result box_all_skinned(struct gltf_loader *l, const matrix *world, struct palette *palette,
-                                 struct box *boxes)
+static ng_result box_all(struct gltf_loader *l, const matrix *world, struct palette *palette,
+                         struct box *boxes)
 {
     for (size_t n = 0; n < l->instances.count; n++) {
         const struct gltf_instance *instance = &l->instances.items[n], *last = n ? instance - 1 : NULL;
         const struct ng_geometry *g = ng_assets_geometry(l->assets, instance->shape.geometry);
+        if (instance->skin < 0 || !g->joints)
+            NG_TRY(ng_gltf_shape_bounds(l, instance, boxes[n].low, boxes[n].high));
         bool same_geometry = last && last->shape.geometry.id == instance->shape.geometry.id;
         if (instance->skin < 0 || !g->joints || (same_geometry && last->skin == instance->skin))
             continue;
@@ -175,14 +178,14 @@ static ng_result box_all_skinned(struct gltf_loader *l, const matrix *world, str
 
 // ---- the scene -------------------------------------------------------------------------------------------
 
-static void each_corner_of_copy(const struct gltf_instance *instance, const struct ng_geometry *g,
+static void each_corner_of_copy(const struct gltf_instance *instance, const struct box *box,
                                 const matrix node, struct bounds *b, void (*grow)(struct bounds *, vec3))
 {
     mat4 place, above;
     ng_gltf_local_matrix(&instance->place, (float *)place);
     memcpy(above, node, sizeof above);
     glm_mat4_mul(above, place, place);
-    each_corner(g->bounds_min, g->bounds_max, (const float *)place, b, grow);
+    each_corner(box->low, box->high, (const float *)place, b, grow);
 }
 
 static void each_box(const struct gltf_loader *l, const matrix *world, const struct box *boxes,
@@ -195,7 +198,7 @@ static void each_box(const struct gltf_loader *l, const matrix *world, const str
         if (boxes[n].known)
             each_corner(boxes[n].low, boxes[n].high, here, b, grow);
         else if (instance->skin < 0 || !g->joints)
-            each_corner_of_copy(instance, g, world[instance->node], b, grow);
+            each_corner_of_copy(instance, &boxes[n], world[instance->node], b, grow);
     }
 }
 
@@ -221,7 +224,7 @@ static ng_result measure(struct gltf_loader *l, const matrix *world, struct boun
     if (r == NG_OK && l->instances.count > 1)
         qsort(l->instances.items, l->instances.count, sizeof l->instances.items[0], compare_instances);
     if (r == NG_OK)
-        r = box_all_skinned(l, world, palette, boxes);
+        r = box_all(l, world, palette, boxes);
     if (r == NG_OK)
         measure_boxes(l, world, boxes, out);
     free(palette);

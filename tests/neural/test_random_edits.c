@@ -319,17 +319,18 @@ static void what_is_remembered_is_what_is_there(void **state)
 int main(int argc, char **argv)
 {
     static const char *const scenes[] = {
-        "materials",         "alpha_mask",   "light_mesh", "light_rectangle_textured",
-        "light_environment", "light_sphere", "character",  "subdivision"};
-    static char paths[NG_COUNT(scenes)][64];
+        "content/unit/materials.glb",         "content/unit/alpha_mask.glb",
+        "content/unit/light_mesh.glb",        "content/unit/light_rectangle_textured.glb",
+        "content/unit/light_environment.glb", "content/unit/light_sphere.glb",
+        "content/unit/character.glb",         "content/unit/subdivision.glb",
+        "tests/files/geometry/figure.gltf"};
     struct CMUnitTest tests[NG_COUNT(scenes)];
     steps = argc > 1 ? (uint32_t)strtoul(argv[1], NULL, 10) : steps;
     first_seed = argc > 2 ? strtoul(argv[2], NULL, 10) : first_seed;
     only = argc > 3 ? argv[3] : only;
-    for (size_t i = 0; i < NG_COUNT(scenes); i++) {
-        snprintf(paths[i], sizeof paths[i], "content/unit/%s.glb", scenes[i]);
-        tests[i] = (struct CMUnitTest){
-            .name = scenes[i], .test_func = what_is_remembered_is_what_is_there, .initial_state = paths[i]};
-    }
+    for (size_t i = 0; i < NG_COUNT(scenes); i++)
+        tests[i] = (struct CMUnitTest){.name = scenes[i],
+                                       .test_func = what_is_remembered_is_what_is_there,
+                                       .initial_state = (void *)scenes[i]};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

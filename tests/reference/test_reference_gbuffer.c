@@ -200,6 +200,8 @@ static void test_layers_equal_the_rasterizers(void **state)
             snprintf(path, sizeof path, "content/unit/%s.glb", shining[i]);
             compare(path, 96, brighten);
         }
+    compare("tests/files/geometry/figure.gltf", 384,
+            NULL); // colours, second UVs, morph targets, joints, a mask
     compare_cameras("content/unit/double_sided.glb");
     compare_cameras("content/unit/mirrored.glb");
 }

@@ -16,6 +16,7 @@
 #include "components/light_sphere.h"
 #include "components/material.h"
 #include "components/mesh.h"
+#include "components/morph.h"
 #include "components/name.h"
 #include "components/placement.h"
 #include "components/scene_scale.h"
@@ -570,6 +571,93 @@ static void test_skinned_positions(void **state)
     close_scene(&s);
 }
 
+// Two targets of a geometry: one lifts the upper edge, the other, of a single vertex, turns its normal.
+static void add_targets(struct ng_geometry *g)
+{
+    uint32_t n = g->vertex_count;
+    g->target_count = 2;
+    g->delta_count = n / 2 + 1;
+    g->target_ends = copy_of((const uint32_t[]){n / 2, n / 2 + 1}, 2 * sizeof(uint32_t));
+    g->delta_vertices = calloc(g->delta_count, sizeof(uint32_t));
+    g->delta_positions = calloc(g->delta_count, 3 * sizeof(float));
+    g->delta_normals = calloc(g->delta_count, 3 * sizeof(float));
+    assert_true(g->delta_vertices && g->delta_positions && g->delta_normals);
+    for (uint32_t i = 0; i < n / 2; i++) {
+        g->delta_vertices[i] = 2 * i + 1;
+        g->delta_positions[i * 3 + 1] = 2;
+    }
+    g->delta_normals[n / 2 * 3] = 1; // of vertex 0
+}
+
+static void test_morphed_positions(void **state)
+{
+    (void)state;
+    struct scene s;
+    open_scene(&s, 2);
+    struct ng_geometry g = strip(QUADS);
+    add_targets(&g);
+    ng_asset geometry = take(&s, &g);
+    ng_entity e = add_entity(&s, "face", 3, 0, 0);
+    OK(ng_world_add(s.world, e, NG_MESH,
+                    &(struct ng_mesh){.geometry = geometry, .material = s.material, .visible = true}));
+    const struct ng_snapshot *n = frame(&s, 0); // without weights: as it was made
+    const struct ng_geometry *made = ng_assets_geometry(s.assets, geometry);
+    assert_memory_equal(mesh_of(n, e)->positions, made->positions, made->vertex_count * 12);
+    assert_memory_equal(mesh_of(n, e)->normals, made->normals, made->vertex_count * 12);
+    uint64_t key = mesh_of(n, e)->key;
+    OK(ng_world_add(s.world, e, NG_MORPH, &(struct ng_morph){{0.5f, 1}}));
+    n = frame(&s, 1);
+    const struct ng_snapshot_mesh *m = mesh_of(n, e);
+    assert_true(m->key == key && m->dynamic && m->previous_positions);
+    for (size_t i = 0; i < m->vertex_count; i++)
+        NEAR(m->positions[i * 3 + 1], i % 2 ? 2 : 0, 1e-6);
+    NEAR(m->normals[0], sqrtf(0.5f), 1e-6);
+    NEAR(m->normals[2], sqrtf(0.5f), 1e-6);
+    NEAR(m->normals[3], 0, 0); // the others are as they were
+    NEAR(instance_of(n, e)->bounds_max[1], 2, 1e-6);
+    NEAR(instance_of(n, e)->bounds_min[0], 3, 1e-6); // where it stands
+    move(&s, e, 7);
+    n = frame(&s, 2);
+    NEAR(instance_of(n, e)->matrix[3], 7, 1e-6);
+    assert_null(mesh_of(n, e)->previous_positions); // it moved, its vertices did not
+    struct ng_morph *morph = ng_world_edit(s.world, e, NG_MORPH);
+    morph->weights[NG_MORPH_TARGETS - 1] = 3; // of no target
+    assert_int_equal(moved_count(frame(&s, 3)), 0);
+    OK(ng_world_remove(s.world, e, NG_MORPH));
+    assert_memory_equal(mesh_of(frame(&s, 4), e)->positions, made->positions, made->vertex_count * 12);
+    close_scene(&s);
+}
+
+// Targets come first, then joints move what they have made.
+static void test_morphed_and_skinned(void **state)
+{
+    (void)state;
+    struct scene s;
+    ng_entity joints[JOINTS];
+    open_scene(&s, 2);
+    ng_entity e = add_character(&s, joints);
+    struct ng_mesh *mesh = ng_world_edit(s.world, e, NG_MESH);
+    struct ng_geometry g = *ng_assets_geometry(s.assets, mesh->geometry), with = strip(QUADS);
+    with.joints = copy_of(g.joints, g.vertex_count * 8);
+    with.weights = copy_of(g.weights, g.vertex_count * 16);
+    add_targets(&with);
+    mesh->geometry = take(&s, &with);
+    OK(ng_world_add(s.world, e, NG_MORPH, &(struct ng_morph){{1}}));
+    for (int j = 0; j < JOINTS; j++) { // a quarter turn about x: up becomes forward
+        struct ng_transform *t = ng_world_edit(s.world, joints[j], NG_TRANSFORM);
+        t->rotation[0] = t->rotation[3] = sqrtf(0.5f);
+    }
+    const struct ng_snapshot *n = frame(&s, 0);
+    const struct ng_snapshot_mesh *m = mesh_of(n, e);
+    for (size_t i = 0; i < m->vertex_count; i++) {
+        NEAR(m->positions[i * 3 + 1], 0, 1e-5);
+        NEAR(m->positions[i * 3 + 2], i % 2 ? 3 : 0, 1e-5);
+    }
+    NEAR(m->normals[1], -1, 1e-5);
+    assert_true(instance_of(n, e)->matrix[3] == 0); // joints say where it is
+    close_scene(&s);
+}
+
 static void test_unusable_skin_warns_once(void **state)
 {
     (void)state;
@@ -973,6 +1061,8 @@ int main(void)
         cmocka_unit_test(test_a_removed_asset_takes_its_pieces_along),
         cmocka_unit_test(test_animation_moves_and_rests),
         cmocka_unit_test(test_skinned_positions),
+        cmocka_unit_test(test_morphed_positions),
+        cmocka_unit_test(test_morphed_and_skinned),
         cmocka_unit_test(test_unusable_skin_warns_once),
         cmocka_unit_test(test_subdivided_pieces_share_one_shape),
         cmocka_unit_test(test_emitters_are_visible),

@@ -2,11 +2,14 @@
 // copies of meshes.
 #include "gltf_maker.h"
 
+#include "anim/clip.h"
 #include "asset/assets.h"
 #include "asset/gltf.h"
+#include "components/animation.h"
 #include "components/components.h"
 #include "components/material.h"
 #include "components/mesh.h"
+#include "components/morph.h"
 #include "components/transform.h"
 #include "scene/world.h"
 
@@ -363,6 +366,172 @@ static void test_copies_that_cannot_be(void **state)
     }
 }
 
+// ---- morph targets ---------------------------------------------------------------------------------------
+// A triangle with five targets: lift vertex i mod 3 by (i + 1) / 2; the second is a sparse accessor without a
+// view.
+static void put_targets(struct gltf_maker *m, bool with_normals, char *primitive, size_t room)
+{
+    static const uint8_t vertex = 1;
+    static const float lift[3] = {0, 0, 1};
+    int target[5], positions = GLTF_PUT(m, F32, "VEC3", 3, corners),
+                   normal = GLTF_PUT(m, F32, "VEC3", 3, normals);
+    for (int i = 0; i < 5; i++) {
+        float deltas[9] = {0};
+        deltas[i % 3 * 3 + 2] = (float)(i + 1) / 2;
+        target[i] = i == 1 ? m->accessor_count : GLTF_PUT(m, F32, "VEC3", 3, deltas);
+        if (i != 1)
+            continue;
+        char sparse[256];
+        int at = gltf_put_view(m, &vertex, 1, ""), values = gltf_put_view(m, lift, sizeof lift, "");
+        snprintf(sparse, sizeof sparse,
+                 "{\"componentType\": 5126, \"count\": 3, \"type\": \"VEC3\", \"sparse\": {\"count\": 1, "
+                 "\"indices\": "
+                 "{\"bufferView\": %d, \"componentType\": 5121}, \"values\": {\"bufferView\": %d}}}",
+                 at, values);
+        gltf_maker_append(m->accessors, sizeof m->accessors, sparse);
+        m->accessor_count++;
+    }
+    char attributes[128];
+    snprintf(attributes, sizeof attributes,
+             with_normals ? "\"POSITION\": %d, \"NORMAL\": %d" : "\"POSITION\": %d", positions, normal);
+    snprintf(
+        primitive, room,
+        "{\"attributes\": {%s}, \"targets\": [{\"POSITION\": %d}, {\"POSITION\": %d}, {\"POSITION\": %d}, "
+        "{\"POSITION\": %d}, {\"POSITION\": %d}]}",
+        attributes, target[0], target[1], target[2], target[3], target[4]);
+}
+
+static void test_morph_targets(void **state)
+{
+    NG_UNUSED(state);
+    for (int with_normals = 0; with_normals < 2; with_normals++) {
+        struct gltf_maker m = {0};
+        struct loaded l;
+        char primitive[1024], rest[2048], path[512];
+        put_targets(&m, with_normals, primitive, sizeof primitive);
+        snprintf(rest, sizeof rest,
+                 "\"nodes\": [{\"mesh\": 0, \"name\": \"own\", \"weights\": [0, 0.25]}, {\"mesh\": 0}], "
+                 "\"meshes\": "
+                 "[{\"weights\": [1, 2, 3, 4, 1e9, 7, 7], \"primitives\": [%s]}]",
+                 primitive);
+        gltf_write(&m, "morph", rest, path, sizeof path);
+        assert_int_equal(load(&l, path), NG_OK);
+        assert_int_equal(l.log.warnings + l.log.errors, 0);
+        const struct ng_geometry *g = first_geometry(&l);
+        assert_int_equal(g->target_count, 5);
+        // A flat triangle turns as one: each target has all three vertices, with normals.
+        assert_int_equal(g->delta_count, with_normals ? 5 : 15);
+        assert_true(with_normals ? !g->delta_normals : g->delta_normals != NULL);
+        uint32_t second = with_normals ? 1 : 4;
+        assert_int_equal(g->delta_vertices[second], 1);
+        assert_float_equal(g->delta_positions[second * 3 + 2], 1, 0);
+        if (!with_normals) { // the edge to vertex 1 rises by 45 degrees
+            assert_float_equal(g->normals[0] + g->delta_normals[second * 3], -sqrtf(0.5f), 1e-6);
+            assert_float_equal(g->normals[2] + g->delta_normals[second * 3 + 2], sqrtf(0.5f), 1e-6);
+        }
+        ng_entity own = ng_world_first_child(l.world, l.scene.root);
+        for (ng_entity e = own; !ng_entity_is_null(e); e = ng_world_next_sibling(l.world, e)) {
+            const struct ng_morph *morph = ng_world_get(l.world, e, NG_MORPH);
+            const char *name = ng_world_get(l.world, e, NG_NAME);
+            if (!morph)
+                continue;
+            bool is_own = strcmp(name, "own") == 0;
+            assert_float_equal(morph->weights[1], is_own ? 0.25 : 2, 0);
+            assert_float_equal(morph->weights[4], is_own ? 0 : 1e6, 0); // moved into the field's range
+            assert_float_equal(morph->weights[5], 0, 0);                // of no target
+        }
+        finish(&l);
+    }
+}
+
+// Three keys of five weights, each weight its number + 10 * key; tangents are ten times that.
+static void load_driven(struct loaded *l, const char *interpolation, bool cubic)
+{
+    static const float times[] = {0, 1, 2};
+    struct gltf_maker m = {0};
+    float values[45];
+    char primitive[1024], rest[4096], path[512];
+    put_targets(&m, true, primitive, sizeof primitive);
+    int parts = cubic ? 3 : 1, input = GLTF_PUT(&m, F32, "SCALAR", 3, times);
+    for (int key = 0, n = 0; key < 3; key++)
+        for (int part = 0; part < parts; part++)
+            for (int i = 0; i < 5; i++)
+                values[n++] = (float)(i + 10 * key) * (cubic && part != 1 ? 10.0f : 1.0f);
+    int output = gltf_put(&m, F32, "SCALAR", 15 * parts, values, (size_t)(15 * parts) * sizeof *values);
+    snprintf(rest, sizeof rest,
+             "\"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"primitives\": [%s, %s]}], \"animations\": "
+             "[{\"channels\": "
+             "[{\"sampler\": 0, \"target\": {\"node\": 0, \"path\": \"weights\"}}], \"samplers\": "
+             "[{\"input\": %d, "
+             "\"output\": %d, \"interpolation\": \"%s\"}]}]",
+             primitive, primitive, input, output, interpolation);
+    gltf_write(&m, "driven", rest, path, sizeof path);
+    assert_int_equal(load(l, path), NG_OK);
+    assert_int_equal(l->log.warnings + l->log.errors, 0);
+}
+
+// Each primitive of the node gets a channel for each four weights.
+static void test_driven_weights(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const names[] = {"STEP", "LINEAR", "CUBICSPLINE"};
+    for (int interpolation = 0; interpolation < 3; interpolation++) {
+        struct loaded l;
+        bool cubic = interpolation == 2;
+        load_driven(&l, names[interpolation], cubic);
+        const struct ng_clip *clip =
+            ng_assets_clip(l.assets, ng_assets_next(l.assets, NG_ASSET_CLIP, (ng_asset){0}));
+        assert_int_equal(clip->channel_count, 4);
+        assert_float_equal(clip->duration, 2, 0);
+        for (uint32_t c = 0; c < 4; c++) {
+            const struct ng_channel *channel = &clip->channels[c];
+            assert_int_equal(channel->interpolation, interpolation);
+            assert_int_equal(channel->component, NG_MORPH);
+            assert_int_equal(channel->width, 4);
+            assert_int_equal(channel->field_offset, c % 2 * 16);
+            assert_true(ng_world_has(l.world, channel->target, NG_MORPH));
+            for (size_t key = 0; key < 3; key++)
+                for (size_t i = 0; i < 4; i++) {
+                    size_t target = c % 2 * 4 + i;
+                    float expected = target < 5 ? (float)(target + 10 * key) : 0;
+                    const float *row = channel->values + key * (cubic ? 12 : 4);
+                    assert_float_equal(row[(cubic ? 4 : 0) + i], expected, 0);
+                    if (cubic)
+                        assert_true(row[i] == expected * 10 && row[8 + i] == expected * 10);
+                }
+        }
+        assert_false(ng_entity_same(clip->channels[0].target, clip->channels[2].target));
+        finish(&l);
+    }
+}
+
+// A target that is wrong costs the targets, not the mesh.
+static void test_targets_that_cannot_be(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const wrong[] = {"{\"POSITION\": 99}", "{\"POSITION\": 2}", "{\"NORMAL\": 2}"};
+    for (size_t i = 0; i < NG_COUNT(wrong); i++) {
+        static const float two[6] = {0};
+        struct gltf_maker m = {0};
+        struct loaded l;
+        char rest[1024], path[512];
+        GLTF_PUT(&m, F32, "VEC3", 3, corners);
+        GLTF_PUT(&m, F32, "VEC3", 3, normals);
+        GLTF_PUT(&m, F32, "VEC3", 2, two);
+        snprintf(
+            rest, sizeof rest,
+            "\"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"weights\": [1], \"primitives\": [{\"attributes\": "
+            "{\"POSITION\": 0, \"NORMAL\": 1}, \"targets\": [%s]}]}]",
+            wrong[i]);
+        gltf_write(&m, "wrong", rest, path, sizeof path);
+        assert_int_equal(load(&l, path), NG_OK);
+        assert_int_equal(l.log.warnings, 1);
+        assert_int_equal(l.log.errors, 0);
+        assert_int_equal(first_geometry(&l)->target_count, 0);
+        finish(&l);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -374,6 +543,9 @@ int main(void)
         cmocka_unit_test(test_of_eight_influences_the_strongest_count),
         cmocka_unit_test(test_copies_of_a_mesh),
         cmocka_unit_test(test_copies_that_cannot_be),
+        cmocka_unit_test(test_morph_targets),
+        cmocka_unit_test(test_driven_weights),
+        cmocka_unit_test(test_targets_that_cannot_be),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
