@@ -96,10 +96,11 @@ static bool allocate_tables(struct gltf_loader *l)
     l->animations = calloc(d->animation_count + (size_t)1, sizeof *l->animations);
     l->skins = calloc(d->skin_count + (size_t)1, sizeof *l->skins);
     l->joint_of = calloc(d->node_count + (size_t)1, sizeof *l->joint_of);
+    l->views = calloc(d->view_count + (size_t)1, sizeof *l->views);
     l->images = calloc(d->image_count + (size_t)1, sizeof *l->images);
     l->image_lost = calloc(d->image_count + (size_t)1, sizeof *l->image_lost);
     return l->parents && l->order && l->ordered && l->placed && l->skin_placed && l->nodes && l->materials &&
-           l->animations && l->skins && l->joint_of && l->images && l->image_lost;
+           l->animations && l->skins && l->joint_of && l->images && l->image_lost && l->views;
 }
 
 static ng_result load(struct gltf_loader *l)
@@ -108,6 +109,7 @@ static ng_result load(struct gltf_loader *l)
     NG_TRY(find_scene(l, &scene));
     if (!allocate_tables(l))
         return ng_out_of_memory(l->path);
+    NG_TRY(ng_gltf_meshopt(l));
     NG_TRY(make_root(l, scene));
     NG_TRY(ng_gltf_nodes(l, scene));
     NG_TRY(ng_gltf_materials(l));
@@ -154,6 +156,10 @@ static void finish(struct gltf_loader *l)
     free(l->first_primitive);
     free(l->images);
     free(l->image_lost);
+    for (uint32_t i = 0; l->views && i < l->doc->view_count; i++)
+        free(l->views[i].data);
+    free(l->views);
+    ng_array_finish(&l->stand_ins);
     ng_array_finish(&l->shapes);
     ng_array_finish(&l->instances);
     ng_array_finish(&l->clips);

@@ -26,14 +26,19 @@ struct elements {
     uint32_t components;
 };
 
-// Finds `count` elements in a view. stride 0: the elements are tightly packed (sparse parts).
-static ng_result locate(struct gltf_loader *l, int accessor, int view, size_t offset, size_t count,
-                        bool may_stride, struct elements *e)
+// The bytes of a view, as far as they are there.
+static ng_result find_bytes(struct gltf_loader *l, int accessor, int view, const unsigned char **data,
+                            size_t *length)
 {
     const struct gltf_document *d = l->doc;
     if (view < 0 || (uint32_t)view >= d->view_count)
         return ng_gltf_error(l, "accessor %d: buffer view %d is not one of %u", accessor, view,
                              d->view_count);
+    if (l->views[view].data) {
+        *data = l->views[view].data;
+        *length = l->views[view].size;
+        return NG_OK;
+    }
     const struct gltf_view *v = &d->views[view];
     if (v->buffer < 0 || (uint32_t)v->buffer >= d->buffer_count)
         return ng_gltf_error(l, "buffer view %d: buffer %d is not one of %u", view, v->buffer,
@@ -43,13 +48,27 @@ static ng_result locate(struct gltf_loader *l, int accessor, int view, size_t of
         return ng_gltf_follows(&l->faults);
     if (!b->data)
         return ng_gltf_error(l, "buffer view %d: buffer %d has no bytes", view, v->buffer);
-    size_t there = v->offset < b->size ? b->size - v->offset : 0, length = v->length;
-    if (length > there) {
+    size_t there = v->offset < b->size ? b->size - v->offset : 0;
+    *length = v->length;
+    if (*length > there) {
         NG_TRY(ng_gltf_fault(&l->faults, "what lies in the rest is lost",
                              "buffer view %d: bytes %zu + %zu run past buffer %d of %zu bytes", view,
                              v->offset, v->length, v->buffer, b->size));
-        length = there;
+        *length = there;
     }
+    *data = b->data + (there ? v->offset : 0);
+    return NG_OK;
+}
+
+// Finds `count` elements in a view. stride 0: the elements are tightly packed (sparse parts).
+static ng_result locate(struct gltf_loader *l, int accessor, int view, size_t offset, size_t count,
+                        bool may_stride, struct elements *e)
+{
+    const unsigned char *data = NULL;
+    size_t length = 0;
+    NG_TRY(find_bytes(l, accessor, view, &data, &length));
+    const struct gltf_view *v = &l->doc->views[view];
+    size_t begin = l->views[view].data ? 0 : v->offset;
     size_t unit = component_size(e->type), size = unit * e->components;
     e->stride = may_stride && v->stride ? v->stride : size;
     if (e->stride < size)
@@ -62,13 +81,13 @@ static ng_result locate(struct gltf_loader *l, int accessor, int view, size_t of
                              "accessor %d: %zu elements from byte %zu run past buffer view %d of %zu bytes",
                              accessor, count, offset, view, length);
     // Nothing is read in place, so this costs nothing but the warning.
-    if (e->stride % unit != 0 || (v->offset + offset) % unit != 0)
+    if (e->stride % unit != 0 || (begin + offset) % unit != 0)
         NG_TRY(ng_gltf_fault(
             &l->faults, "it is read all the same",
             "accessor %d: byte offset %zu + %zu or stride %zu is not a multiple of the component size "
             "%zu",
-            accessor, v->offset, offset, e->stride, unit));
-    e->data = b->data + v->offset + offset;
+            accessor, begin, offset, e->stride, unit));
+    e->data = data + offset;
     return NG_OK;
 }
 
@@ -192,12 +211,24 @@ static ng_result apply_sparse(struct gltf_loader *l, int index, const struct glt
     return NG_OK;
 }
 
+static bool find_stand_in(const struct gltf_loader *l, uint32_t accessor, size_t count, struct elements *e)
+{
+    e->stride = component_size(e->type) * e->components;
+    for (size_t i = 0; i < l->stand_ins.count; i++) {
+        const struct gltf_stand_in *item = &l->stand_ins.items[i];
+        if (item->accessor == accessor && item->bytes.size == count * e->stride)
+            e->data = item->bytes.data;
+    }
+    return e->data;
+}
+
 static ng_result fill(struct gltf_loader *l, int index, const struct gltf_want *want, union word *out)
 {
     const struct gltf_accessor *a = &l->doc->accessors[index];
-    if (a->view >= 0) { // else zeros
-        struct elements e = {.type = a->component_type, .components = a->components};
+    struct elements e = {.type = a->component_type, .components = a->components};
+    if (!find_stand_in(l, (uint32_t)index, a->count, &e) && a->view >= 0)
         NG_TRY(locate(l, index, a->view, a->offset, a->count, true, &e));
+    if (e.data) { // else zeros
         for (size_t i = 0; i < a->count; i++)
             NG_TRY(convert(l, index, &e, i, i, want, out));
     }

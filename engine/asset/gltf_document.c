@@ -33,9 +33,10 @@ static ng_result check_version(const char *path, const struct gltf_value *root)
 // Extensions of the standard that this loader follows, or may ignore since others only refine them.
 static bool is_known(const char *extension)
 {
-    static const char *const known[] = {"EXT_mesh_gpu_instancing", "KHR_lights_punctual",
-                                        "KHR_materials_emissive_strength", "KHR_mesh_quantization",
-                                        "NG_scene"};
+    static const char *const known[] = {"EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
+                                        "KHR_draco_mesh_compression", "KHR_meshopt_compression",
+                                        "KHR_lights_punctual",        "KHR_materials_emissive_strength",
+                                        "KHR_mesh_quantization",      "NG_scene"};
     for (size_t i = 0; i < NG_COUNT(known); i++)
         if (strcmp(extension, known[i]) == 0)
             return true;

@@ -20,6 +20,18 @@ struct gltf_shape {
 #define NG_GLTF_JOINTS_LOST UINT32_MAX // what skins it is wrong
 };
 
+// Bytes that were decoded, from malloc.
+struct gltf_bytes {
+    unsigned char *data; // null: as the file has them
+    size_t size;
+};
+
+// What is read instead of an accessor's buffer view: its elements, tightly packed.
+struct gltf_stand_in {
+    uint32_t accessor;
+    struct gltf_bytes bytes;
+};
+
 struct gltf_instance {
     uint32_t node, primitive;  // of its mesh
     int skin;                  // -1: none
@@ -72,6 +84,8 @@ struct gltf_loader {
     struct gltf_shape **made;  // [primitives of all meshes]: what became of each; null: not asked for
     struct gltf_shape nothing; // what became of one that was lost
     uint32_t *first_primitive; // [mesh_count]: of a mesh in `made`
+    struct gltf_bytes *views;  // [view_count]: of those that were compressed
+    NG_ARRAY(struct gltf_stand_in) stand_ins; // of the primitive that is being made
     NG_ARRAY(struct gltf_instance) instances;
     NG_ARRAY(struct ng_clip_player) clips; // in the order of the file
     NG_ARRAY(ng_asset) added;              // to take back on failure
@@ -164,6 +178,14 @@ NG_NODISCARD ng_result ng_gltf_repair_keys(struct gltf_loader *l, const char *wh
 // The skeleton of a skin, made when it is first asked for; its joints must be nodes of the scene.
 NG_NODISCARD ng_result ng_gltf_skin(struct gltf_loader *l, int skin, ng_asset *out);
 NG_NODISCARD ng_result ng_gltf_animations(struct gltf_loader *l);
+
+// ---- gltf_meshopt.c, gltf_draco.c ------------------------------------------------------------------------
+// Decodes the buffer views that are compressed.
+NG_NODISCARD ng_result ng_gltf_meshopt(struct gltf_loader *l);
+// Until the end the accessors of a primitive read what its compressed mesh has, if it has one.
+NG_NODISCARD ng_result ng_gltf_draco_begin(struct gltf_loader *l, const char *where,
+                                           const struct gltf_primitive *p);
+void ng_gltf_draco_end(struct gltf_loader *l);
 
 // ---- gltf_morph.c ----------------------------------------------------------------------------------------
 // Reads the morph targets of a primitive, whose vertices are as the file has them.

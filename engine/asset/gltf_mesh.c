@@ -301,12 +301,31 @@ static ng_result add_assets(struct gltf_loader *l, const char *name, struct ng_g
     return NG_OK;
 }
 
+// Files may have the same without compression, for those who cannot read it.
+static ng_result begin_draco(struct gltf_loader *l, const char *where, const struct gltf_primitive *p)
+{
+    int position = attribute(p, "POSITION");
+    bool has_plain =
+        position >= 0 && (uint32_t)position < l->doc->accessor_count && l->doc->accessors[position].view >= 0;
+    struct gltf_part part;
+    if (!has_plain)
+        return ng_gltf_draco_begin(l, where, p);
+    ng_gltf_part_begin(&part, "its uncompressed accessors are read");
+    return ng_gltf_part_end(&l->faults, &part, ng_gltf_draco_begin(l, where, p));
+}
+
 static ng_result build_shape(struct gltf_loader *l, const struct gltf_primitive *p, const char *name,
                              const char *where, struct gltf_shape *out)
 {
     struct ng_geometry g = {0};
     struct ng_cage cage = {0};
-    ng_result r = build(l, p, where, &g, &cage, out);
+    struct gltf_primitive plain = *p;
+    ng_result r = begin_draco(l, where, p);
+    if (l->stand_ins.count)
+        plain.mode = GLTF_TRIANGLES;
+    if (r == NG_OK)
+        r = build(l, &plain, where, &g, &cage, out);
+    ng_gltf_draco_end(l);
     if (r == NG_OK && !ng_array_reserve(&l->added, l->added.count + 2))
         r = ng_out_of_memory(l->path);
     char shown[NG_TEXT_SIZE]; // a mesh's name may be long, and be that of many
@@ -338,7 +357,9 @@ static uint64_t shape_key(const struct gltf_loader *l, const struct gltf_primiti
         h = ng_hash_combine(h, (uint32_t)p->attributes[i].accessor);
     }
     const struct gltf_value *cage = ng_gltf_member(p->extension, "cage");
+    const struct gltf_value *draco = ng_gltf_member(p->extensions, "KHR_draco_mesh_compression");
     h = p->targets ? hash_value(h, p->targets) : h;
+    h = draco ? hash_value(h, draco) : h;
     return cage ? hash_value(h, cage) : h;
 }
 

@@ -29,7 +29,7 @@ static const struct bad_file refused_files[] = {
     {"asset_version_missing", "asset.version: is missing"},
     {"asset_version", "asset.version: \"3.0\" is not supported"},
     {"asset_min_version", "asset.minVersion: \"2.1\" is not supported"},
-    {"extension_required", "\"KHR_draco_mesh_compression\" is not supported"},
+    {"extension_required", "\"KHR_gaussian_splatting\" is not supported"},
 };
 
 // Refused where the load is strict; else a part is lost.
