@@ -25,9 +25,9 @@ struct lamp {
 };
 
 static const struct lamp lamps[] = {
-    {-0.70f, 0.85f, 0.40f, 0.28f, 0.30f, {2.30f, 2.22f, 2.10f}},    // key: front left, above
-    {1.45f, 0.45f, 0.28f, 0.40f, 0.30f, {0.55f, 0.60f, 0.68f}},     // fill: right, cooler
-    {PI - 0.4f, 0.80f, 0.50f, 0.16f, 0.25f, {1.35f, 1.35f, 1.40f}}, // rim: behind, above
+    {-0.70f, 0.85f, 0.32f, 0.24f, 0.25f, {4.40f, 4.25f, 4.00f}},    // key: front left, above
+    {1.45f, 0.45f, 0.26f, 0.38f, 0.30f, {0.55f, 0.60f, 0.68f}},     // fill: right, cooler
+    {PI - 0.4f, 0.80f, 0.45f, 0.14f, 0.25f, {1.05f, 1.05f, 1.10f}}, // rim: behind, above
 };
 
 static float smooth(float from, float to, float x)
@@ -48,7 +48,7 @@ static float coverage(const struct lamp *lamp, float azimuth, float elevation)
 // A dome that is brighter above than at the horizon, on a floor that is darker towards the feet.
 static void radiance_at(float azimuth, float elevation, float out[3])
 {
-    static const float zenith[3] = {0.18f, 0.18f, 0.19f}, horizon[3] = {0.18f, 0.18f, 0.185f},
+    static const float zenith[3] = {0.16f, 0.16f, 0.17f}, horizon[3] = {0.17f, 0.17f, 0.175f},
                        nadir[3] = {0.09f, 0.088f, 0.085f};
     float up = smooth(0, PI / 2, elevation), down = smooth(0, PI / 2, -elevation);
     for (int i = 0; i < 3; i++) {

@@ -21,7 +21,7 @@
 #define NG_METER_LAST 1023.0f
 #define NG_METER_LOW  -28.0f // log2 of the luminance of the first bin
 #define NG_METER_STOP 16.0f  // bins a stop
-#define NG_METER_KEY  0.4f
+#define NG_METER_KEY  0.36f
 
 NG_METER_FN ng_meter_luminance(float r, float g, float b)
 {
