@@ -50,7 +50,7 @@ static ng_result check_required(const char *path, const struct gltf_value *root)
     for (uint32_t i = 0; required && i < required->count; i++) {
         const struct gltf_value *name = &required->items[i];
         size_t n = strlen(names);
-        if (name->kind == GLTF_STRING && !is_known(name->string))
+        if (name->kind == GLTF_STRING && !is_known(name->string) && !strstr(names, name->string))
             snprintf(names + n, sizeof names - n, "%s\"%.100s\"", n ? ", " : "", name->string);
     }
     if (!names[0])
@@ -90,14 +90,18 @@ static const struct gltf_value *scene_extension(const struct gltf_value *v)
     return extension && extension->kind == GLTF_OBJECT ? extension : NULL;
 }
 
+// None if one of them is no number.
 static struct gltf_numbers numbers(struct maker *m, const struct gltf_value *v, const char *key)
 {
     struct gltf_numbers out;
     const struct gltf_value *list = ng_gltf_array(v, key);
     double *items = table(m, list, sizeof *items, &out.count);
-    for (uint32_t i = 0; i < out.count; i++)
-        items[i] = list->items[i].kind == GLTF_NUMBER ? list->items[i].number : 0;
     out.items = items;
+    for (uint32_t i = 0; i < out.count; i++) {
+        if (list->items[i].kind != GLTF_NUMBER)
+            return (struct gltf_numbers){items, 0};
+        items[i] = list->items[i].number;
+    }
     return out;
 }
 

@@ -7,9 +7,11 @@
 #include "base/log.h"
 
 #include <algorithm>
+#include <cctype>
 #include <climits>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <initializer_list>
 #include <memory>
@@ -230,6 +232,7 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
 {
   public:
     std::string error;
+    bool malformed = false;       // what is no JSON
     std::vector<gltf_value> done; // items of what is open; at the end the document
 
     Scan(gltf_faults *faults_, ng_arena *arena_) : faults(faults_), arena(arena_)
@@ -296,6 +299,7 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
     bool parse_error(std::size_t position, const std::string &, const nlohmann::detail::exception &e) override
     {
         const char *reason = std::strstr(e.what(), "parse error");
+        malformed = true;
         return fail("malformed JSON at byte " + std::to_string(position) + ": " +
                     std::string(reason ? reason : e.what()).substr(0, 4 * max_shown));
     }
@@ -443,10 +447,52 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
     }
 };
 
+// Where a string, or another run of characters of one value, ends.
+size_t token_end(const char *text, size_t begin, size_t size)
+{
+    size_t end = begin + 1;
+    if (text[begin] != '"') {
+        while (end < size && (std::isalnum((unsigned char)text[end]) || std::strchr("+-.", text[end])) &&
+               text[end])
+            end++;
+        return end;
+    }
+    while (end < size && text[end] != '"')
+        end += text[end] == '\\' ? 2 : 1;
+    return std::min(end + 1, size);
+}
+
+// NaN, Infinity and numbers beyond all doubles, which some writers put where JSON has none, as null.
+std::string without_wrong_numbers(const char *text, size_t size)
+{
+    std::string out;
+    for (size_t begin = 0, end; begin < size; begin = end) {
+        bool number = std::isalnum((unsigned char)text[begin]) || text[begin] == '-';
+        end = number || text[begin] == '"' ? token_end(text, begin, size) : begin + 1;
+        std::string token(text + begin, end - begin);
+        bool wrong = token == "NaN" || token == "Infinity" || token == "-Infinity" || token == "-NaN" ||
+                     (number && std::isinf(std::strtod(token.c_str(), nullptr)));
+        out += wrong ? "null" : token;
+    }
+    return out;
+}
+
+bool scan_text(Scan *scan, const char *text, size_t size)
+{
+    return nlohmann::json::sax_parse(text, text + size, scan);
+}
+
 ng_result parse(gltf_faults *faults, const char *text, size_t size, ng_arena *arena, const gltf_value **root)
 {
-    Scan scan(faults, arena);
-    if (!nlohmann::json::sax_parse(text, text + size, &scan)) {
+    Scan scan(faults, arena), again(faults, arena);
+    bool ok = scan_text(&scan, text, size);
+    if (!ok && scan.malformed && !faults->strict) {
+        const std::string repaired = without_wrong_numbers(text, size);
+        ng_gltf_faults_finish(faults); // they are met again
+        ok = repaired.size() != size && scan_text(&again, repaired.data(), repaired.size());
+        scan.done = ok ? again.done : scan.done;
+    }
+    if (!ok) {
         ng_log_error("%s: %s", faults->path, scan.error.c_str());
         return NG_ERROR_FORMAT;
     }

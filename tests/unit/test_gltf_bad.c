@@ -672,6 +672,26 @@ static void test_listed_child(void **state)
     end(&f);
 }
 
+// Some writers put numbers where JSON has none. In a string they are text.
+static void test_numbers_that_are_none(void **state)
+{
+    NG_UNUSED(state);
+    struct fixture f;
+    struct test_log log;
+    struct ng_gltf_scene scene =
+        load_members("\"nodes\": [{\"name\": \"a, NaN \\\" 1e999\", \"translation\": [1, NaN, 2]}, "
+                     "{\"translation\": [1e999, 0, 0]}, "
+                     "{\"rotation\": [0, 0, -Infinity, 1]}, {\"translation\": [1, 2, 3]}]",
+                     &f, &log);
+    assert_int_equal(log.errors, 0);
+    assert_non_null(strstr(log.text, "nodes[0].translation[1]: null where a number is needed"));
+    ng_entity first = ng_world_next_below(f.world, scene.root, scene.root);
+    assert_string_equal(ng_world_get(f.world, first, NG_NAME), "a, NaN \" 1e999");
+    const struct ng_transform *t = ng_world_get(f.world, first, NG_TRANSFORM);
+    assert_float_equal(t->translation[0], 0, 0);
+    end(&f);
+}
+
 // Two images of the same bytes are one, and one that is sampled in another way is another.
 static void test_equal_images(void **state)
 {
@@ -781,6 +801,7 @@ int main(void)
         cmocka_unit_test(test_hierarchies),
         cmocka_unit_test(test_listed_child),
         cmocka_unit_test(test_equal_images),
+        cmocka_unit_test(test_numbers_that_are_none),
         cmocka_unit_test(test_cages),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
