@@ -21,7 +21,7 @@ NG_EXTERN_C_BEGIN
 struct ng_window;
 
 struct ng_stage_params {
-    const char *scene;        // path of a glTF file
+    const char *scene;        // as ng_gltf_load takes it
     struct ng_window *window; // where frames appear; borrowed, must outlive the stage; null: no window
     const char *device;       // as in struct ng_gpu_params
     uint32_t threads;         // as in struct ng_jobs_params

@@ -79,7 +79,7 @@ static ng_result find_scene(struct gltf_loader *l, const struct gltf_scene **out
 static ng_result make_root(struct gltf_loader *l, const struct gltf_scene *scene)
 {
     const char *name = scene && scene->name[0] ? scene->name : ng_path_name(l->path);
-    NG_TRY(ng_gltf_entity(l, (ng_entity){0}, name, "scene", 0, &l->out.root));
+    NG_TRY(ng_gltf_entity(l, l->limits.parent, name, "scene", 0, &l->out.root));
     return ng_gltf_add(l, l->out.root, "scene", NG_TRANSFORM, ng_transform_component.defaults);
 }
 
@@ -116,8 +116,10 @@ static ng_result load(struct gltf_loader *l)
     NG_TRY(ng_gltf_attachments(l));
     NG_TRY(ng_gltf_components(l, l->out.root, "scene", scene ? scene->extension : NULL, NULL));
     NG_TRY(ng_gltf_animations(l));
-    NG_TRY(ng_gltf_scale_and_camera(l));
-    NG_TRY(ng_gltf_sky(l));
+    if (!l->limits.part) {
+        NG_TRY(ng_gltf_scale_and_camera(l));
+        NG_TRY(ng_gltf_sky(l));
+    }
     return ng_gltf_emitters(l);
 }
 

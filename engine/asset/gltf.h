@@ -13,6 +13,8 @@
 NG_EXTERN_C_BEGIN
 
 struct ng_assets;
+struct ng_catalogue;
+struct ng_piece;
 struct ng_world;
 
 // Whether emissive meshes without a light component light the scene.
@@ -44,6 +46,13 @@ struct ng_gltf_params {
     // Called with the path of each file that the document names, unused pictures too. May be null.
     void (*file)(void *user, const char *path);
     void *user;
+    // A part of a scene that is there: the root becomes the last child of `parent` (null: a root of the
+    // world); no scale, camera or sky are made.
+    bool part;
+    ng_entity parent;
+    // Of an open catalogue this piece is loaded, and the path is for messages alone. Null: the path is read.
+    const struct ng_catalogue *catalogue;
+    const struct ng_piece *piece;
 };
 
 // What was loaded. All entities are descendants of `root`; destroying it removes them.
@@ -63,6 +72,9 @@ struct ng_gltf_scene {
     struct ng_gltf_origin *origin; // with params.keep; the caller's to destroy. Else null
 };
 
+// Wavefront OBJ files, and pieces of furniture catalogues ("FILE.sh3f#NAME", asset/catalogue.h), are made
+// into glTF first (README.md).
+//
 // Adds the file's default scene to a world whose components are the engine's (ng_components_register).
 //
 // Nodes become entities with a name and a transform; primitives get a mesh component (on the node if

@@ -1,5 +1,6 @@
 // The values of a file into the tables of a document. What is missing has the standard's default here;
 // whether indices and numbers make sense is for those to see who use them.
+#include "asset/catalogue_internal.h"
 #include "asset/gltf_internal.h"
 #include "base/file.h"
 #include "base/hash.h"
@@ -435,7 +436,7 @@ static ng_result read_document(struct gltf_faults *faults, const struct ng_gltf_
     struct gltf_container container;
     NG_TRY(ng_gltf_open(faults, data, size, &container));
     if (is_no_gltf(&container)) {
-        ng_log_error("%s: is not a glTF file", faults->path);
+        ng_log_error("%s: is not a glTF file, nor OBJ, nor a furniture catalogue", faults->path);
         return NG_ERROR_FORMAT;
     }
     doc->file_size = size;
@@ -461,7 +462,7 @@ ng_result ng_gltf_parse(const char *path, const struct ng_gltf_params *params, s
     void *data;
     size_t size;
     *out = NULL;
-    NG_TRY(ng_file_read(path, params->max_file_size, &data, &size));
+    NG_TRY(ng_format_read(path, params, faults, &data, &size));
     struct gltf_document *doc = calloc(1, sizeof *doc);
     if (!doc || !ng_array_push(&doc->files, data)) {
         free(doc);

@@ -2,10 +2,12 @@
 //
 // Each of the three gathers first and prints then, as a table or as JSON from the same figures.
 #include "commands.h"
+#include "info_catalogue.h"
 #include "info_scene.h"
 #include "json.h"
 #include "opening.h"
 
+#include "asset/catalogue.h"
 #include "base/printable.h"
 #include "base/result.h"
 #include "components/components.h"
@@ -23,7 +25,8 @@ struct info {
 
 static const struct cli_option options[] = {
     CLI_ARGUMENT(struct info, what, "SCENE|device|components",
-                 "a glTF file; or the graphics devices; or the field table of each component"),
+                 "a scene's file or a furniture catalogue; or the graphics devices; or the field table of "
+                 "each component"),
     CLI_JSON(struct info),
     CLI_LOADING(struct info, loading),
 };
@@ -171,7 +174,8 @@ static int run(const void *args)
     else if (strcmp(info->what, "device") == 0)
         result = info_devices(info->json);
     else
-        result = info_scene(info->what, info->json, &info->loading);
+        result = ng_catalogue_is(info->what) ? info_catalogue(info->what, info->json)
+                                             : info_scene(info->what, info->json, &info->loading);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;
 }
 

@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "files.h"
 
+#include "asset/catalogue.h"
 #include "base/file.h"
 #include "base/interrupt.h"
 #include "base/printable.h"
@@ -34,7 +35,10 @@ static void print_overview(FILE *out)
 static bool is_scene(const char *word)
 {
     const char *extension = ng_path_extension(word);
-    return ng_file_exists(word) || strcmp(extension, "glb") == 0 || strcmp(extension, "gltf") == 0;
+    char file[4096];
+    const char *piece;
+    return ng_file_exists(word) || ng_catalogue_split(word, file, sizeof file, &piece) ||
+           strcmp(extension, "glb") == 0 || strcmp(extension, "gltf") == 0 || strcmp(extension, "obj") == 0;
 }
 
 static const struct cli_command *find_command(const char *name)

@@ -1,0 +1,241 @@
+// The lines of OBJ and MTL files, by tinyobjloader. It gets those lines alone that it is needed for: of the
+// others it does not tell (smoothing), or it opens files itself (libraries). Its triangulation is not used:
+// many concave polygons come out wrong, and those of thousands of corners take hours.
+#include "asset/obj_internal.h"
+
+#include <tiny_obj_loader.h>
+
+#include <algorithm>
+#include <charconv>
+#include <istream>
+#include <streambuf>
+
+namespace
+{
+
+bool is_blank(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r';
+}
+
+// Feeds one line at a time, so that what is told in between comes in the file's order.
+class Lines : public std::streambuf
+{
+  public:
+    Lines(const char *text, size_t size, const obj_events *e) : at(text), end(text + size), events(e)
+    {
+        if (size >= 3 && std::equal(text, text + 3, "\xef\xbb\xbf"))
+            at += 3;
+    }
+
+  protected:
+    int_type underflow() override
+    {
+        while (at != end && !events->stop(events->user))
+            if (next()) {
+                line += '\n';
+                setg(&line[0], &line[0], &line[0] + line.size());
+                return traits_type::to_int_type(line[0]);
+            }
+        return traits_type::eof();
+    }
+
+  private:
+    const char *at, *end;
+    const obj_events *events;
+    std::string line;
+
+    // A line without blanks around it. One that ends with a backslash goes on.
+    void read()
+    {
+        line.clear();
+        for (bool more = true; more && at != end;) {
+            const char *stop = std::find(at, end, '\n'), *last = stop;
+            while (last != at && is_blank(last[-1]))
+                last--;
+            more = last != at && last[-1] == '\\';
+            line.append(at, more ? last - 1 : last);
+            line.append(more ? " " : "");
+            at = stop == end ? end : stop + 1;
+        }
+        line.erase(0, std::min(line.find_first_not_of(" \t\r"), line.size()));
+        std::replace(line.begin(), line.end(), '\r', ' ');
+        std::replace(line.begin(), line.end(), '\0', ' ');
+    }
+
+    std::string rest(size_t from) const
+    {
+        size_t i = line.find_first_not_of(" \t", from);
+        return i == std::string::npos ? std::string() : line.substr(i);
+    }
+
+    // Position and colour, as many programs write it: six numbers.
+    void tell_color() const
+    {
+        float values[6];
+        const char *p = line.c_str() + 1, *stop = line.c_str() + line.size();
+        for (float &value : values) {
+            while (is_blank(*p) || *p == '+')
+                p++;
+            auto r = std::from_chars(p, stop, value);
+            if (r.ec != std::errc())
+                return;
+            p = r.ptr;
+        }
+        events->color(events->user, values + 3);
+    }
+
+    // Whether the line is for the library.
+    bool next()
+    {
+        read();
+        size_t length = std::min(line.find_first_of(" \t"), line.size());
+        std::string word = line.substr(0, length);
+        if (word.empty() || word[0] == '#')
+            return false;
+        line = word + (length < line.size() ? " " + rest(length) : "");
+        if (word == "v")
+            tell_color();
+        if (word == "s") {
+            unsigned group = 0;
+            std::string value = rest(1);
+            std::from_chars(value.data(), value.data() + value.size(), group);
+            events->smoothing(events->user, value == "on" ? 1 : group);
+        } else if (word == "mtllib") {
+            events->library(events->user, rest(length).c_str());
+        } else if (word == "o" && length == line.size()) {
+            events->object(events->user, "");
+        } else if (word == "g" && length == line.size()) {
+            events->group(events->user, "");
+        } else if (word == "l" || word == "p" || word == "curv" || word == "curv2" || word == "surf") {
+            events->skipped(events->user);
+        } else {
+            return word == "v" || word == "vn" || word == "vt" || word == "f" || word == "usemtl" ||
+                   word == "o" || word == "g";
+        }
+        return false;
+    }
+};
+
+const obj_events &of(void *user)
+{
+    return *static_cast<const obj_events *>(user);
+}
+
+tinyobj::callback_t callbacks()
+{
+    using tinyobj::real_t;
+    tinyobj::callback_t c;
+    c.vertex_cb = [](void *u, real_t x, real_t y, real_t z, real_t) {
+        const float p[3] = {x, y, z};
+        of(u).vertex(of(u).user, p);
+    };
+    c.normal_cb = [](void *u, real_t x, real_t y, real_t z) {
+        const float n[3] = {x, y, z};
+        of(u).normal(of(u).user, n);
+    };
+    c.texcoord_cb = [](void *u, real_t x, real_t y, real_t) {
+        const float uv[2] = {x, y};
+        of(u).texcoord(of(u).user, uv);
+    };
+    c.index_cb = [](void *u, tinyobj::index_t *indices, int count) {
+        std::vector<int> corners;
+        for (int i = 0; i < count; i++)
+            corners.insert(corners.end(),
+                           {indices[i].vertex_index, indices[i].texcoord_index, indices[i].normal_index});
+        of(u).face(of(u).user, reinterpret_cast<const int(*)[3]>(corners.data()), size_t(count));
+    };
+    c.usemtl_cb = [](void *u, const char *name, int) { of(u).material(of(u).user, name); };
+    c.object_cb = [](void *u, const char *name) { of(u).object(of(u).user, name); };
+    c.group_cb = [](void *u, const char **names, int count) {
+        std::string all;
+        for (int i = 0; i < count; i++)
+            all += (i ? " " : "") + std::string(names[i]);
+        of(u).group(of(u).user, all.c_str());
+    };
+    return c;
+}
+
+struct Bytes : std::streambuf {
+    Bytes(const char *text, size_t size)
+    {
+        char *p = const_cast<char *>(text);
+        setg(p, p, p + size);
+    }
+};
+
+obj_map map_of(const std::string &name, const tinyobj::texture_option_t &o)
+{
+    return {name.c_str(),
+            {o.scale[0], o.scale[1]},
+            {o.origin_offset[0], o.origin_offset[1]},
+            o.bump_multiplier,
+            o.clamp};
+}
+
+const char *unfollowed_of(const tinyobj::material_t &m)
+{
+    return !m.specular_texname.empty()             ? "map_Ks"
+           : !m.specular_highlight_texname.empty() ? "map_Ns"
+           : !m.displacement_texname.empty()       ? "disp"
+           : !m.roughness_texname.empty()          ? "map_Pr"
+           : !m.metallic_texname.empty()           ? "map_Pm"
+           : !m.reflection_texname.empty()         ? "refl"
+                                                   : nullptr;
+}
+
+obj_material material_of(const tinyobj::material_t &m)
+{
+    obj_material out = {};
+    out.name = m.name.c_str();
+    std::copy_n(m.diffuse, 3, out.diffuse);
+    std::copy_n(m.specular, 3, out.specular);
+    std::copy_n(m.emission, 3, out.emission);
+    out.shininess = m.shininess;
+    out.dissolve = m.dissolve;
+    out.ior = m.ior;
+    out.roughness = m.roughness;
+    out.metallic = m.metallic;
+    out.illum = m.illum;
+    out.diffuse_map = map_of(m.diffuse_texname, m.diffuse_texopt);
+    out.alpha_map = map_of(m.alpha_texname, m.alpha_texopt);
+    out.bump_map = map_of(m.bump_texname, m.bump_texopt);
+    out.normal_map = map_of(m.normal_texname, m.normal_texopt);
+    out.emission_map = map_of(m.emissive_texname, m.emissive_texopt);
+    out.unfollowed = unfollowed_of(m);
+    return out;
+}
+
+} // namespace
+
+ng_result ng_obj_lines(const char *path, const char *text, size_t size, const obj_events *events)
+{
+    try {
+        Lines lines(text, size, events);
+        std::istream in(&lines);
+        tinyobj::LoadObjWithCallback(in, callbacks(), const_cast<obj_events *>(events));
+        return NG_OK;
+    } catch (const std::exception &) {
+        return ng_out_of_memory(path);
+    }
+}
+
+ng_result ng_obj_materials(const char *path, const char *text, size_t size,
+                           void (*each)(void *user, const obj_material *m), void *user)
+{
+    try {
+        Bytes bytes(text, size);
+        std::istream in(&bytes);
+        std::map<std::string, int> names;
+        std::vector<tinyobj::material_t> materials;
+        std::string warnings, errors;
+        tinyobj::LoadMtl(&names, &materials, &in, &warnings, &errors);
+        for (const tinyobj::material_t &m : materials) {
+            obj_material out = material_of(m);
+            each(user, &out);
+        }
+        return NG_OK;
+    } catch (const std::exception &) {
+        return ng_out_of_memory(path);
+    }
+}
