@@ -47,18 +47,25 @@ void ng_gltf_keep_within(struct gltf_loader *l, const char *where, const char *w
         }
 }
 
+static uint64_t left_of(uint64_t limit, uint64_t used)
+{
+    return limit > used ? limit - used : 0;
+}
+
 ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what)
 {
-    uint64_t left = l->limits.max_memory - l->memory;
-    if (bytes > left) {
+    uint64_t left = left_of(l->limits.max_memory, l->memory), of_kind = left_of(l->max_decoded, l->decoded);
+    if (bytes > left || bytes > of_kind) {
+        bool own = of_kind < left;
         ng_log_error(
             "%s: %s needs %llu bytes, more than the %llu that are left of the scene's limit of %llu; raise "
             "it (--memory-limit)",
-            l->path, what, (unsigned long long)bytes, (unsigned long long)left,
-            (unsigned long long)l->limits.max_memory);
+            l->path, what, (unsigned long long)bytes, (unsigned long long)(own ? of_kind : left),
+            (unsigned long long)(own ? l->max_decoded : l->limits.max_memory));
         return NG_ERROR_MEMORY;
     }
     l->memory += bytes;
+    l->decoded += bytes;
     return NG_OK;
 }
 
@@ -68,8 +75,8 @@ static ng_result find_scene(struct gltf_loader *l, const struct gltf_scene **out
     const struct gltf_document *d = l->doc;
     int index = d->scene < 0 ? 0 : d->scene;
     if (d->scene >= 0 && (uint32_t)d->scene >= d->scene_count) {
-        NG_TRY(ng_gltf_fault(&l->faults, "the first is loaded", "scene %d is not one of %u", index,
-                             d->scene_count));
+        NG_TRY(ng_gltf_fault(&l->faults, d->scene_count ? "the first is loaded" : "all nodes are loaded",
+                             "scene %d is not one of %u", index, d->scene_count));
         index = 0;
     }
     *out = d->scene_count ? &d->scenes[index] : NULL;
@@ -189,6 +196,17 @@ static struct ng_gltf_params with_defaults(const struct ng_gltf_params *params)
     return p;
 }
 
+// A file may repeat itself: a thousand primitives of one accessor. Unless the caller has set a limit, what is
+// not a picture may take so much more than the file does.
+static uint64_t decoded_limit(const struct gltf_loader *l)
+{
+    const uint64_t any = (uint64_t)256 << 20, times = 64;
+    uint64_t size = l->doc->bytes;
+    if (l->limited || size > left_of(l->limits.max_memory, any) / times)
+        return l->limits.max_memory;
+    return any + times * size;
+}
+
 // The document is there until the end: strings and values are borrowed from it.
 static ng_result load_file(struct gltf_loader *l)
 {
@@ -196,6 +214,7 @@ static ng_result load_file(struct gltf_loader *l)
     NG_TRY(ng_gltf_parse(l->path, &l->limits, &l->faults, &doc));
     l->doc = doc;
     l->out.hash = doc->hash;
+    l->max_decoded = decoded_limit(l);
     l->out.foreign = ng_gltf_is_foreign(doc);
     name_pictures(l);
     ng_result r = load(l);
@@ -214,6 +233,7 @@ ng_result ng_gltf_load(const char *path, struct ng_world *world, struct ng_asset
     *out = (struct ng_gltf_scene){0};
     NG_REQUIRE(path && world && assets, "path, world and assets must be given");
     struct gltf_loader l = {.path = path, .world = world, .assets = assets, .limits = with_defaults(params)};
+    l.limited = params && params->max_memory;
     l.faults = (struct gltf_faults){.path = path, .strict = l.limits.strict};
     ng_result r = load_file(&l);
     if (r == NG_OK)

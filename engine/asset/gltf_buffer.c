@@ -208,6 +208,7 @@ static ng_result read_uri(struct reader *r, const char *what, const char *uri, s
         return ng_out_of_memory(r->faults->path);
     }
     out->data = data;
+    r->doc->bytes += out->size;
     r->left -= out->size < r->left ? out->size : r->left;
     return NG_OK;
 }

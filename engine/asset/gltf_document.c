@@ -452,6 +452,7 @@ static ng_result read_document(struct gltf_faults *faults, const struct ng_gltf_
     if (faults->strict && faults->list.count) // of the JSON
         return NG_ERROR_FORMAT;
     doc->hash = ng_hash_bytes(0, data, size);
+    doc->bytes = size;
     NG_TRY(ng_gltf_buffers(faults, params, &container, doc));
     return make_document(faults, doc);
 }

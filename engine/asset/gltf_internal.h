@@ -214,6 +214,7 @@ struct gltf_document {
     NG_ARRAY(void *) files; // from malloc: the file itself, and those of its buffers
     const struct gltf_value *root;
     size_t file_size, json_offset, json_size; // of the first of `files`; its JSON within
+    uint64_t bytes;                           // of the document and its buffers
     uint64_t hash; // of the bytes of the document and its buffers, in the order they are read
     int scene;
     uint32_t buffer_count, view_count, accessor_count, mesh_count, node_count, material_count, texture_count;

@@ -62,7 +62,10 @@ struct gltf_loader {
     struct ng_world *world;
     struct ng_assets *assets;
     struct ng_gltf_params limits; // defaults filled in
+    bool limited;                 // the caller has set max_memory
     uint64_t memory;              // of limits.max_memory
+    uint64_t decoded;             // of that, all but pictures
+    uint64_t max_decoded;         // which may have so much
     struct gltf_faults faults;
     struct ng_gltf_scene out;
 

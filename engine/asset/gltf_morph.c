@@ -74,12 +74,13 @@ static void forget_dense(struct deltas *d)
 static ng_result read_target(struct gltf_loader *l, const char *where, const struct gltf_value *target,
                              const struct ng_geometry *g, struct deltas *d)
 {
-    uint64_t before = l->memory;
+    uint64_t before = l->memory, decoded = l->decoded;
     ng_result r = read_dense(l, where, target, g->vertex_count, d);
     if (r == NG_OK && !collect(d, g->vertex_count))
         r = ng_out_of_memory(l->path);
     forget_dense(d);
     l->memory = before;
+    l->decoded = decoded;
     return r;
 }
 
