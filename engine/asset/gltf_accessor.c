@@ -222,17 +222,47 @@ static bool find_stand_in(const struct gltf_loader *l, uint32_t accessor, size_t
     return e->data;
 }
 
-static ng_result fill(struct gltf_loader *l, int index, const struct gltf_want *want, union word *out)
+// `used`: the elements that are wanted, of an accessor that is not sparse; null: all.
+static ng_result fill(struct gltf_loader *l, int index, const struct gltf_want *want,
+                      const struct gltf_subset *used, union word *out)
 {
     const struct gltf_accessor *a = &l->doc->accessors[index];
     struct elements e = {.type = a->component_type, .components = a->components};
+    size_t count = used ? used->count : a->count;
     if (!find_stand_in(l, (uint32_t)index, a->count, &e) && a->view >= 0)
         NG_TRY(locate(l, index, a->view, a->offset, a->count, true, &e));
-    if (e.data) { // else zeros
-        for (size_t i = 0; i < a->count; i++)
-            NG_TRY(convert(l, index, &e, i, i, want, out));
-    }
+    for (size_t i = 0; e.data && i < count; i++) // else zeros
+        NG_TRY(convert(l, index, &e, used ? used->vertices[i] : i, i, want, out));
     return a->sparse ? apply_sparse(l, index, want, out) : NG_OK;
+}
+
+// The set of elements that is wanted of an accessor, or null. Sparse ones are few, and read whole.
+static const struct gltf_subset *subset_of(const struct gltf_loader *l, const struct gltf_accessor *a)
+{
+    return l->used && a->count == l->used->of && !a->sparse ? l->used : NULL;
+}
+
+static ng_result check_count(const struct gltf_loader *l, int index, const struct gltf_want *want)
+{
+    const struct gltf_accessor *a = &l->doc->accessors[index];
+    bool of_vertices = l->used && want->count == l->used->count;
+    uint32_t needed = of_vertices ? l->used->of : want->count;
+    if (want->count && a->count != needed)
+        return ng_gltf_error(l, "accessor %d: %zu elements where %s needs %u", index, a->count, want->what,
+                             needed);
+    if (a->view < 0 && (a->count > NG_GLTF_MAX_ZEROS || a->count > NG_GLTF_MAX_ZEROS / a->components))
+        return ng_gltf_error(
+            l, "accessor %d: %zu elements without bytes in the file, more than the limit of %d numbers",
+            index, a->count, NG_GLTF_MAX_ZEROS);
+    return NG_OK;
+}
+
+// Keeps the wanted elements of an array that was read whole.
+static void gather(const struct gltf_subset *used, uint32_t components, union word *items)
+{
+    for (size_t i = 0; i < used->count; i++) // increasing: nothing is overwritten before it is read
+        memmove(items + i * components, items + used->vertices[i] * (size_t)components,
+                components * sizeof *items);
 }
 
 ng_result ng_gltf_read(struct gltf_loader *l, int index, const struct gltf_want *want, void *out_items,
@@ -243,28 +273,26 @@ ng_result ng_gltf_read(struct gltf_loader *l, int index, const struct gltf_want 
     const struct gltf_accessor *a = check(l, index, want);
     if (!a)
         return NG_ERROR_FORMAT;
-    if (want->count && a->count != want->count)
-        return ng_gltf_error(l, "accessor %d: %zu elements where %s needs %u", index, a->count, want->what,
-                             want->count);
-    if (a->view < 0 && (a->count > NG_GLTF_MAX_ZEROS || a->count > NG_GLTF_MAX_ZEROS / a->components))
-        return ng_gltf_error(
-            l, "accessor %d: %zu elements without bytes in the file, more than the limit of %d numbers",
-            index, a->count, NG_GLTF_MAX_ZEROS);
-    size_t words = a->count * a->components;
+    NG_TRY(check_count(l, index, want));
+    const struct gltf_subset *used = subset_of(l, a);
+    bool whole = l->used && a->count == l->used->of && !used;
+    size_t words = (used ? used->count : a->count) * a->components;
     char what[64];
     snprintf(what, sizeof what, "accessor %d: %s", index, want->what);
     NG_TRY(ng_gltf_budget(l, words * sizeof(union word), what));
     union word *items = calloc(words, sizeof *items);
     if (!items)
         return ng_out_of_memory(l->path);
-    ng_result r = fill(l, index, want, items);
+    ng_result r = fill(l, index, want, used, items);
     if (r != NG_OK) {
         free(items);
         return r;
     }
+    if (whole)
+        gather(l->used, a->components, items);
     *out = items;
     if (count)
-        *count = (uint32_t)a->count;
+        *count = used || whole ? l->used->count : (uint32_t)a->count;
     return NG_OK;
 }
 

@@ -48,6 +48,12 @@ struct gltf_picture {
     ng_asset image;
 };
 
+// Vertices that a primitive uses, of more that it shares with others.
+struct gltf_subset {
+    uint32_t *vertices; // [count], increasing; null: all are used
+    uint32_t count, of;
+};
+
 // How a node is in the scene.
 enum gltf_place {
     GLTF_OUT,
@@ -84,10 +90,11 @@ struct gltf_loader {
     NG_ARRAY(struct gltf_picture) pictures;
     bool *image_lost;                   // [image_count]: could not be read
     NG_ARRAY(struct gltf_shape) shapes; // hash table, a power of two; geometry 0: free
-    struct gltf_shape **made;  // [primitives of all meshes]: what became of each; null: not asked for
-    struct gltf_shape nothing; // what became of one that was lost
-    uint32_t *first_primitive; // [mesh_count]: of a mesh in `made`
-    struct gltf_bytes *views;  // [view_count]: of those that were compressed
+    struct gltf_shape **made;       // [primitives of all meshes]: what became of each; null: not asked for
+    const struct gltf_subset *used; // what is read of accessors of vertices; null: all
+    struct gltf_shape nothing;      // what became of one that was lost
+    uint32_t *first_primitive;      // [mesh_count]: of a mesh in `made`
+    struct gltf_bytes *views;       // [view_count]: of those that were compressed
     NG_ARRAY(struct gltf_stand_in) stand_ins; // of the primitive that is being made
     NG_ARRAY(struct gltf_instance) instances;
     NG_ARRAY(struct ng_clip_player) clips; // in the order of the file
@@ -176,6 +183,13 @@ NG_NODISCARD ng_result ng_gltf_repair_geometry(struct gltf_loader *l, const char
                                                struct ng_geometry *g);
 // Makes times increase, and values finite; rotations of unit length.
 NG_NODISCARD ng_result ng_gltf_repair_keys(struct gltf_loader *l, const char *where, struct ng_channel *c);
+
+// ---- gltf_subset.c ---------------------------------------------------------------------------------------
+// Where a primitive's indices use few of its vertices, chooses those and makes the indices theirs; else the
+// set is empty. The caller forgets it.
+NG_NODISCARD ng_result ng_gltf_choose_vertices(struct gltf_loader *l, struct ng_geometry *g,
+                                               size_t vertex_count, struct gltf_subset *out);
+void ng_gltf_forget_vertices(struct gltf_subset *subset);
 
 // ---- gltf_skin.c, gltf_animation.c -----------------------------------------------------------------------
 // The skeleton of a skin, made when it is first asked for; its joints must be nodes of the scene.

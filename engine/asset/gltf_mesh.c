@@ -268,17 +268,42 @@ static int normal_uv_set(const struct gltf_loader *l, const struct gltf_primitiv
     return l->doc->materials[p->material].normal_texture.uv_set;
 }
 
-static ng_result build(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
-                       struct ng_geometry *g, struct ng_cage *cage, struct gltf_shape *out)
+static ng_result read_vertices(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                               struct ng_geometry *g, struct gltf_shape *out)
 {
     NG_TRY(read_surface(l, p, where, g));
     g->tangents_of_uvs1 = normal_uv_set(l, p) == 1;
-    NG_TRY(try_skinning(l, p, where, g, &out->joint_limit));
-    NG_TRY(read_order(l, p, where, g->vertex_count, &g->indices, &g->index_count));
+    return try_skinning(l, p, where, g, &out->joint_limit);
+}
+
+// The indices first: they say of which vertices more is read. Targets and cages name vertices by the file's
+// own numbers.
+static ng_result read_arrays(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                             bool whole, struct ng_geometry *g, struct gltf_shape *out)
+{
+    int position = attribute(p, "POSITION");
+    struct gltf_subset used = {0};
+    if (p->indices >= 0)
+        NG_TRY(read_order(l, p, where, 0, &g->indices, &g->index_count));
+    if (p->indices >= 0 && !whole && position >= 0 && (uint32_t)position < l->doc->accessor_count)
+        NG_TRY(ng_gltf_choose_vertices(l, g, l->doc->accessors[position].count, &used));
+    l->used = used.vertices ? &used : NULL;
+    ng_result r = read_vertices(l, p, where, g, out);
+    l->used = NULL;
+    ng_gltf_forget_vertices(&used);
+    if (r == NG_OK && p->indices < 0)
+        r = read_order(l, p, where, g->vertex_count, &g->indices, &g->index_count);
+    return r;
+}
+
+static ng_result build(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                       struct ng_geometry *g, struct ng_cage *cage, struct gltf_shape *out)
+{
+    const struct gltf_value *member = ng_gltf_member(p->extension, "cage");
+    NG_TRY(read_arrays(l, p, where, p->target_count || member, g, out));
     NG_TRY(make_triangles(l, p, where, g));
     NG_TRY(ng_gltf_repair_geometry(l, where, g));
     NG_TRY(ng_gltf_targets(l, p, where, g));
-    const struct gltf_value *member = ng_gltf_member(p->extension, "cage");
     out->has_cage = member;
     if (member)
         NG_TRY(ng_gltf_cage(l, where, member, g, cage));

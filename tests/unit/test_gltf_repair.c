@@ -147,6 +147,35 @@ static void test_one_primitive_is_lost(void **state)
     finish(&l);
 }
 
+// A primitive that uses few of the vertices that it shares with others keeps those, with all that they have.
+static void test_shared_vertices(void **state)
+{
+    NG_UNUSED(state);
+    float positions[64][3] = {{0}}, uvs[64][2] = {{0}};
+    for (int i = 0; i < 64; i++) {
+        positions[i][0] = (float)i;
+        positions[i][1] = (float)(i * i);
+        uvs[i][0] = (float)i / 64;
+    }
+    const uint16_t triangle[] = {40, 7, 20};
+    struct gltf_maker m = {0};
+    int position = GLTF_PUT(&m, 5126, "VEC3", 64, positions), uv = GLTF_PUT(&m, 5126, "VEC2", 64, uvs);
+    int indices = GLTF_PUT(&m, 5123, "SCALAR", 3, triangle);
+    char attributes[128], rest[512];
+    snprintf(attributes, sizeof attributes, "\"POSITION\": %d, \"NORMAL\": %d, \"TEXCOORD_0\": %d", position,
+             position, uv);
+    snprintf(rest, sizeof rest, one_mesh, attributes, indices);
+    struct loaded l = load_made(&m, rest);
+    const struct ng_geometry *g = first_geometry(&l);
+    assert_int_equal(g->vertex_count, 3);
+    for (size_t i = 0; i < 3; i++) {
+        assert_float_equal(g->positions[g->indices[i] * (size_t)3], triangle[i], 0);
+        assert_float_equal(g->uvs[g->indices[i] * (size_t)2], (float)triangle[i] / 64, 0);
+    }
+    assert_float_equal(g->bounds_min[0], 7, 0);
+    finish(&l);
+}
+
 // ---- key frames ------------------------------------------------------------------------------------------
 
 // The clip of one channel that moves node 0 along x.
@@ -275,9 +304,13 @@ static void test_values_are_moved(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_directions_are_computed), cmocka_unit_test(test_triangles_are_left_out),
-        cmocka_unit_test(test_one_primitive_is_lost),   cmocka_unit_test(test_times),
-        cmocka_unit_test(test_no_key_is_left),          cmocka_unit_test(test_values_are_moved),
+        cmocka_unit_test(test_directions_are_computed),
+        cmocka_unit_test(test_triangles_are_left_out),
+        cmocka_unit_test(test_shared_vertices),
+        cmocka_unit_test(test_one_primitive_is_lost),
+        cmocka_unit_test(test_times),
+        cmocka_unit_test(test_no_key_is_left),
+        cmocka_unit_test(test_values_are_moved),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
