@@ -324,7 +324,7 @@ static void make_camera(struct maker *m, const struct gltf_value *v, void *out)
         .perspective = strcmp(type, "perspective") == 0,
         .orthographic = strcmp(type, "orthographic") == 0,
         .fov_y = ng_gltf_number(perspective, "yfov", 0),
-        .near_plane = ng_gltf_number(perspective, "znear", 0),
+        .near_plane = ng_gltf_number(perspective ? perspective : orthographic, "znear", 0),
         .x_mag = ng_gltf_number(orthographic, "xmag", 0),
         .y_mag = ng_gltf_number(orthographic, "ymag", 0),
     };

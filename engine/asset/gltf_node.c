@@ -399,6 +399,35 @@ static ng_result attach_mesh(struct gltf_loader *l, const char *where, uint32_t 
     return r;
 }
 
+static ng_result perspective_camera(struct gltf_loader *l, int index, const struct gltf_camera *c,
+                                    struct ng_camera *out)
+{
+    if (c->fov_y > 0 && c->fov_y < GLM_PI)
+        out->fov_y = (float)c->fov_y;
+    else
+        NG_TRY(ng_gltf_fault(&l->faults, "the default is used", "camera %d: yfov %g is not in 0 to pi", index,
+                             c->fov_y));
+    if (c->near_plane > 0)
+        out->near_plane = (float)c->near_plane;
+    else
+        NG_TRY(ng_gltf_fault(&l->faults, "the default is used", "camera %d: znear %g is not above 0", index,
+                             c->near_plane));
+    return NG_OK;
+}
+
+// Its near plane may be where it stands.
+static ng_result orthographic_camera(struct gltf_loader *l, int index, const struct gltf_camera *c,
+                                     struct ng_camera *out)
+{
+    out->projection = NG_PROJECTION_ORTHOGRAPHIC;
+    if (fabs(c->y_mag) > 0)
+        out->height = (float)fmin(fmax(2 * fabs(c->y_mag), 1e-4), 1e6);
+    else
+        NG_TRY(ng_gltf_fault(&l->faults, "the default is used", "camera %d: ymag is 0", index));
+    out->near_plane = (float)fmin(fmax(c->near_plane, 1e-5), 1e5);
+    return NG_OK;
+}
+
 static ng_result attach_camera(struct gltf_loader *l, const char *where, uint32_t node)
 {
     int index = l->doc->nodes[node].camera;
@@ -408,22 +437,15 @@ static ng_result attach_camera(struct gltf_loader *l, const char *where, uint32_
         return ng_gltf_fault(&l->faults, "the node has none", "%s: camera %d is not one of %u", where, index,
                              l->doc->camera_count);
     const struct gltf_camera *c = &l->doc->cameras[index];
-    if (!c->perspective) {
-        ng_gltf_warn(l, &l->warned_camera, "%s: orthographic camera %d is skipped", where, index);
-        return NG_OK;
-    }
     struct ng_camera camera;
     memcpy(&camera, ng_camera_component.defaults, sizeof camera);
-    if (c->fov_y > 0 && c->fov_y < GLM_PI)
-        camera.fov_y = (float)c->fov_y;
+    if (c->orthographic)
+        NG_TRY(orthographic_camera(l, index, c, &camera));
+    else if (c->perspective)
+        NG_TRY(perspective_camera(l, index, c, &camera));
     else
-        NG_TRY(ng_gltf_fault(&l->faults, "the default is used", "camera %d: yfov %g is not in 0 to pi", index,
-                             c->fov_y));
-    if (c->near_plane > 0)
-        camera.near_plane = (float)c->near_plane;
-    else
-        NG_TRY(ng_gltf_fault(&l->faults, "the default is used", "camera %d: znear %g is not above 0", index,
-                             c->near_plane));
+        return ng_gltf_fault(&l->faults, "the node has none",
+                             "camera %d: is neither perspective nor orthographic", index);
     ng_gltf_expose(l, &camera);
     return ng_gltf_add(l, l->nodes[node], where, NG_CAMERA, &camera);
 }

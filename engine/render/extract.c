@@ -228,6 +228,8 @@ static void read_camera(struct ng_extractor *x, ng_entity e, const struct ng_ext
     if (camera) {
         view_of(ng_extract_placement(x, e), c->view, c->position);
         c->fov_y = camera->fov_y;
+        c->orthographic = camera->projection == NG_PROJECTION_ORTHOGRAPHIC;
+        c->height = c->orthographic ? camera->height : 0;
         c->near_plane = camera->near_plane;
         c->exposure = camera->exposure;
         c->auto_exposure = camera->auto_exposure;
@@ -236,6 +238,8 @@ static void read_camera(struct ng_extractor *x, ng_entity e, const struct ng_ext
         // No camera at all: the whole sphere of the scene, seen along -Z.
         float placement[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
         c->fov_y = 0.7f;
+        c->orthographic = false;
+        c->height = 0;
         c->near_plane = 0.01f;
         c->exposure = 1;
         c->auto_exposure = false;

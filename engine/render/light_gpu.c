@@ -161,20 +161,44 @@ static float slice_begin(int i, float near_plane, float far)
     return i ? glm_lerp(near_plane * powf(far / near_plane, t), far * t * t, 0.1f) : 0.0f;
 }
 
+// The sphere around a slice: its centre's distance and its radius, metres.
+static void cascade_of_perspective(const struct ng_snapshot_camera *c, float far, float aspect, int i,
+                                   float *middle, float *radius)
+{
+    float near_plane = fmaxf(c->near_plane, SLICE_NEAR), tangent = tanf(c->fov_y * 0.5f);
+    float corner = tangent * sqrtf(1 + aspect * aspect);
+    float begin = slice_begin(i, near_plane, far), end = slice_begin(i + 1, near_plane, far);
+    *middle = fminf(0.5f * (begin + end) * (1 + corner * corner), end);
+    *radius = sqrtf((end - *middle) * (end - *middle) + end * end * corner * corner);
+}
+
+// Parallel rays see all depths at one size: slices are equal.
+static void cascade_of_parallel(const struct ng_snapshot *s, float aspect, int i, float *middle,
+                                float *radius)
+{
+    const struct ng_snapshot_camera *c = &s->camera;
+    float center = -c->view[14], corner = 0.5f * c->height * sqrtf(1 + aspect * aspect);
+    for (int k = 0; k < 3; k++)
+        center -= c->view[k * 4 + 2] * s->scene_center[k];
+    float begin = fmaxf(center - s->scene_radius, 0),
+          half = fmaxf(center + s->scene_radius - begin, 0) / (2 * CASCADES);
+    *middle = begin + (float)(2 * i + 1) * half;
+    *radius = sqrtf(half * half + corner * corner);
+}
+
 // Slices of the camera's frustum, each in a bounding sphere, so that turning the camera does not resize the
 // maps.
 static void cascade_views(const struct ng_snapshot *s, const struct ng_light_proxy *p, float aspect,
                           struct ng_light_view_data *views)
 {
     const struct ng_snapshot_camera *c = &s->camera;
-    float near_plane = fmaxf(c->near_plane, SLICE_NEAR), far = 2 * s->scene_radius,
-          tangent = tanf(c->fov_y * 0.5f);
-    float corner = tangent * sqrtf(1 + aspect * aspect);
     for (int i = 0; i < CASCADES; i++) {
-        float begin = slice_begin(i, near_plane, far), end = slice_begin(i + 1, near_plane, far);
-        float middle = fminf(0.5f * (begin + end) * (1 + corner * corner), end);
-        float radius = sqrtf((end - middle) * (end - middle) + end * end * corner * corner);
+        float middle, radius;
         vec3 center;
+        if (c->orthographic)
+            cascade_of_parallel(s, aspect, i, &middle, &radius);
+        else
+            cascade_of_perspective(c, 2 * s->scene_radius, aspect, i, &middle, &radius);
         for (int k = 0; k < 3; k++)
             center[k] = c->position[k] - c->view[k * 4 + 2] * middle;
         orthographic_view(s, p, center, radius, &views[i]);

@@ -5,6 +5,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "graph/key.h"
+#include "render/camera.h"
 #include "render/passes.h"
 
 #include <cglm/cglm.h>
@@ -132,28 +133,61 @@ static void sort_draws(struct draw_key *keys, size_t count)
         }
 }
 
-static void fill_view(struct ng_scene_gpu *s, uint32_t width, uint32_t height)
+// How far ahead of the camera anything is, at most, rounded so that it seldom changes.
+static float depth_of_scene(const struct ng_snapshot *s)
 {
-    const struct ng_snapshot_camera *c = &s->snapshot->camera;
-    float aspect = (float)width / (float)height, tangent = tanf(c->fov_y * 0.5f);
+    const struct ng_snapshot_camera *c = &s->camera;
+    float far = c->near_plane;
+    for (uint32_t i = 0; i < s->instance_count; i++) {
+        float z = -c->view[14];
+        for (int k = 0; k < 3; k++) {
+            float axis = -c->view[k * 4 + 2];
+            z += axis * (axis > 0 ? s->instances[i].bounds_max[k] : s->instances[i].bounds_min[k]);
+        }
+        far = z > far ? z : far;
+    }
+    return exp2f(ceilf(log2f((far - c->near_plane) * 1.01f + 1e-3f)));
+}
+
+static void project(const struct ng_snapshot *s, float aspect, float range, mat4 out)
+{
+    const struct ng_snapshot_camera *c = &s->camera;
+    if (c->orthographic) { // Reverse-Z: 1 at the near plane, 0 a range behind it.
+        float half = 0.5f * c->height;
+        mat4 parallel = {{1.0f / (half * aspect), 0, 0, 0},
+                         {0, -1.0f / half, 0, 0},
+                         {0, 0, 1.0f / range, 0},
+                         {0, 0, 1.0f + c->near_plane / range, 1}};
+        glm_mat4_copy(parallel, out);
+        return;
+    }
+    float tangent = tanf(c->fov_y * 0.5f);
     // Reverse-Z with an infinite far plane: depth = near / distance. Vulkan's clip space has y down.
     mat4 projection = {{1.0f / (tangent * aspect), 0, 0, 0},
                        {0, -1.0f / tangent, 0, 0},
                        {0, 0, 0, -1},
                        {0, 0, c->near_plane, 0}};
-    mat4 view, m;
+    glm_mat4_copy(projection, out);
+}
+
+static void fill_view(struct ng_scene_gpu *s, uint32_t width, uint32_t height)
+{
+    const struct ng_snapshot_camera *c = &s->snapshot->camera;
+    float aspect = (float)width / (float)height;
+    const struct ng_camera_rays rays = ng_camera_rays_of(c, aspect);
+    mat4 projection, view, m;
+    s->view.range = c->orthographic ? depth_of_scene(s->snapshot) : 0;
+    project(s->snapshot, aspect, s->view.range, projection);
     memcpy(view, c->view, sizeof view);
     glm_mat4_mul(projection, view, m);
     memcpy(s->view.view_projection, m, sizeof m);
     memcpy(view, c->previous_view, sizeof view);
     glm_mat4_mul(projection, view, m);
     memcpy(s->view.previous_view_projection, m, sizeof m);
-    for (int i = 0; i < 3; i++) {
-        s->view.right[i] = c->view[i * 4] * tangent * aspect;
-        s->view.down[i] = -c->view[i * 4 + 1] * tangent;
-        s->view.forward[i] = -c->view[i * 4 + 2];
-        s->view.position[i] = c->position[i];
-    }
+    memcpy(s->view.right, rays.right, sizeof rays.right);
+    memcpy(s->view.down, rays.down, sizeof rays.down);
+    memcpy(s->view.forward, rays.forward, sizeof rays.forward);
+    memcpy(s->view.position, c->position, sizeof c->position);
     s->view.near_plane = c->near_plane;
     s->view.size[0] = (float)width;
     s->view.size[1] = (float)height;

@@ -25,9 +25,9 @@ struct ng_snapshot_mesh {
     uint32_t vertex_count, index_count;
     const float *positions;          // [vertex_count][3]
     const float *previous_positions; // dynamic only: last frame's, for motion; else null
-    // Dynamic: before targets and joints move them, in object space; else before any of them was edited, or null where
-    // none was. They follow from the scene, not from who draws it: the same for all revisions of a key, or
-    // null.
+    // Dynamic: before targets and joints move them, in object space; else before any of them was edited, or
+    // null where none was. They follow from the scene, not from who draws it: the same for all revisions of a
+    // key, or null.
     const float *rest_positions;
     const float *normals;  // [vertex_count][3]
     const float *tangents; // [vertex_count][4]
@@ -86,6 +86,8 @@ struct ng_snapshot_camera {
     float view[16], previous_view[16]; // world to camera, column-major: orthonormal, perhaps mirrored
     float position[3];
     float fov_y, near_plane, exposure;
+    bool orthographic; // sees `height` metres from top to bottom, whatever the distance; else by fov_y
+    float height;
     bool auto_exposure;  // exposure is a factor on what the light meter finds
     float background[3]; // shown where nothing is seen, as components/camera.h has it; black with an
                          // environment

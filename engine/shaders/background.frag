@@ -17,7 +17,9 @@ layout(location = 0) out vec4 out_emission;
 
 void main()
 {
-    vec3 d = normalize(view.forward + in_ndc.x * view.right + in_ndc.y * view.down);
+    vec3 d = view.forward;
+    if (!(view.range > 0))
+        d = normalize(d + in_ndc.x * view.right + in_ndc.y * view.down);
     vec3 m = vec3(dot(push.world_to_map[0].xyz, d), dot(push.world_to_map[1].xyz, d), dot(push.world_to_map[2].xyz, d));
     // Map centre looks along -Z, x grows to the right of it; row 0 is +Y.
     vec2 uv = vec2(0.5 + atan(m.x, -m.z) * 0.15915494, acos(clamp(m.y, -1.0, 1.0)) * 0.31830989);

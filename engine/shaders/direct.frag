@@ -21,6 +21,7 @@ layout(location = 1) out vec4 out_direct;
 ng_light_data light; // read once, not in each turn of a loop
 
 #include "geometry.glsl"
+#include "view.glsl"
 #include "light.glsl"
 
 // Visibility over the 3 x 3 pixels around, of those that lie on the receiver's tangent plane: the turns of
@@ -28,7 +29,7 @@ ng_light_data light; // read once, not in each turn of a loop
 float filtered_visibility(ivec2 at, vec3 p, vec3 n)
 {
     ivec2 last = textureSize(position_map, 0) - 1;
-    float reach = 0.02 * length(view.position - p), sum = 0, weights = 0;
+    float reach = 0.02 * eye_distance(p), sum = 0, weights = 0;
     int radius = light.soft_radius > 0 ? 1 : 0; // hard shadows stay hard
     for (int y = -radius; y <= radius; y++)
         for (int x = -radius; x <= radius; x++) {
@@ -54,7 +55,7 @@ void main()
     vec4 specular = texelFetch(specular_map, at, 0);
     vec3 n = normal_roughness.xyz, p = position.xyz;
     vec3 flat_n = flat_normal(diffuse.w, specular.w);
-    vec3 v = normalize(view.position - p);
+    vec3 v = normalize(to_eye(p));
     float n_v = max(dot(n, v), 1e-4), alpha = normal_roughness.w * normal_roughness.w;
 
     vec3 sum = vec3(0);

@@ -1,6 +1,7 @@
 #include "surface.frag.glsl"
 
 layout(set = 0, binding = 0, scalar) uniform View { ng_view_data view; };
+#include "view.glsl"
 
 layout(location = 0) out vec4 out_position;  // world; w: 1 where there is a surface
 layout(location = 1) out vec4 out_normal;    // shading normal; w: roughness
@@ -18,6 +19,9 @@ layout(location = 4) in vec3 in_previous;
 vec3 position_from_depth()
 {
     vec2 ndc = gl_FragCoord.xy / view.size * 2 - 1;
+    if (view.range > 0)
+        return view.position + ndc.x * view.right + ndc.y * view.down +
+               view.forward * (view.near_plane + (1 - gl_FragCoord.z) * view.range);
     vec3 ray = view.forward + ndc.x * view.right + ndc.y * view.down;
     return view.position + ray * (view.near_plane / gl_FragCoord.z);
 }
@@ -40,7 +44,7 @@ void main()
     ng_instance_data instance = instances[in_instance];
     surface s = surface_load(materials[instance.material], instance.flags);
     vec3 position = position_from_depth();
-    vec3 flat_normal = surface_settle(s, position, view.position - position);
+    vec3 flat_normal = surface_settle(s, position, to_eye(position));
     vec2 o = octahedral(flat_normal);
     out_position = vec4(position, 1);
     out_normal = vec4(s.normal, s.roughness);

@@ -12,6 +12,7 @@
 #include "lightformer/net/memory.h"
 #include "lightformer/trace/surface.h"
 #include "lightformer/trace/tracer.h"
+#include "render/camera.h"
 #include "render/frame.h"
 
 #include <math.h>
@@ -112,7 +113,7 @@ struct lf_hemisphere {
 struct lf_pixel_clues {
     uint32_t width, height, reflection_rays; // as lf_clues_pixels was told
     struct lf_space space;
-    float eye[3];               // metres
+    struct ng_camera_eye eye;
     float radiance, mean_power; // frame.*
     struct lf_memory memory[LF_PIXEL_PARTS];
     float *planes[LF_PIXEL_PLANES]; // all of them:

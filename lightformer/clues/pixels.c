@@ -115,8 +115,11 @@ static void read_pixel(const struct reading *r, size_t i, const float normal4[4]
     float position[3], normal[3] = {normal4[0], normal4[1], normal4[2]}, view[3], flat[3];
     if (!(world[3] > 0) || !isfinite(world[0] + world[1] + world[2]))
         return;
-    lf_mad(p->eye, world, -1, view);
-    float distance = sqrtf(lf_dot(view, view));
+    if (p->eye.parallel)
+        memcpy(view, p->eye.at, sizeof view);
+    else
+        lf_mad(p->eye.at, world, -1, view);
+    float distance = p->eye.parallel ? p->eye.distance : sqrtf(lf_dot(view, view));
     if (!lf_normalize(normal) || !lf_normalize(view))
         return;
     lf_to_scene(&p->space, world, position);
@@ -256,7 +259,7 @@ ng_result lf_pixels_read(const struct lf_clues_scene *scene, const struct lf_clu
     out->space = lf_space_of(snapshot);
     out->emits = out->misses = false;
     memset(&out->values, 0, sizeof out->values);
-    memcpy(out->eye, snapshot->camera.position, sizeof out->eye);
+    out->eye = ng_camera_eye_of(&snapshot->camera);
     NG_TRY(begin_memory(out));
     NG_TRY(lay_out(out));
     ng_jobs_for(scene->jobs, (uint32_t)(((size_t)out->width * out->height + RUN - 1) / RUN), 16, read_runs,

@@ -380,12 +380,12 @@ static ng_result fill_pixels(const struct lf_clues_scene *scene, struct lf_pixel
 
 ng_result lf_reflections_cast(const struct lf_clues_scene *scene, uint32_t budget, struct lf_pixel_clues *out)
 {
-    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(scene->tracer)->camera;
+    const struct ng_camera_eye eye = ng_camera_eye_of(&lf_tracer_snapshot(scene->tracer)->camera);
     struct cast cast = {.scene = scene, .pixels = out};
     struct lf_reflections *m = &out->reflections;
     if (!wants_any(scene))
         return NG_OK;
-    cast.focal = lf_finite((float)out->height / (2 * tanf(camera->fov_y / 2)));
+    cast.focal = lf_finite((float)out->height / (2 * tanf(eye.fov_y / 2)));
     if (!lf_take(&out->memory[LF_PIXEL_REFLECTIONS], &m->hits, 2 * lf_reflection_rays_at_most(out)))
         return ng_out_of_memory("the reflections of a picture");
     m->hits.count = 0; // every ray may go on once

@@ -155,6 +155,11 @@ static ng_result fetch_lights(struct lf_capture *self, const struct ng_snapshot 
 ng_result lf_capture_frame(struct lf_capture *self, const struct lf_capture_params *p,
                            struct lf_captured_frame *out)
 {
+    if (p->snapshot->camera.orthographic) {
+        ng_log_error(
+            "data sets are of perspective cameras: this one is orthographic; choose another with --camera");
+        return NG_ERROR_UNSUPPORTED;
+    }
     *out = (struct lf_captured_frame){
         .width = p->width, .height = p->height, .vpl_count = p->vpl_count ? p->vpl_count : LF_VPL_COUNT};
     self->pixels_only = p->pixels_only;

@@ -16,10 +16,10 @@ static bool reads(const struct lf_encoder *self, enum lf_net_input input)
 uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_frame_info *frame)
 {
     const struct ng_snapshot *s = frame->snapshot;
-    const float numbers[] = {s->camera.fov_y,       s->camera.near_plane,  s->scene_radius,
-                             s->scene_center[0],    s->scene_center[1],    s->scene_center[2],
-                             s->camera.position[0], s->camera.position[1], s->camera.position[2],
-                             s->place_size};
+    const float numbers[] = {s->camera.fov_y,       s->camera.height,      s->camera.near_plane,
+                             s->scene_radius,       s->scene_center[0],    s->scene_center[1],
+                             s->scene_center[2],    s->camera.position[0], s->camera.position[1],
+                             s->camera.position[2], s->place_size};
     const uint64_t words[] = {s->surface_version, frame->width, frame->height};
     uint64_t key = ng_key_add_bytes(NG_KEY, words, sizeof words);
     key = ng_key_add_bytes(key, numbers, sizeof numbers);

@@ -93,7 +93,7 @@ static uint64_t key_of(const struct ng_frame_info *frame)
     const struct ng_snapshot *s = frame->snapshot;
     const uint64_t words[] = {frame->width,        frame->height,  s->geometry_version,
                               s->emission_version, s->environment, s->light_count};
-    const float lens[] = {s->camera.fov_y, s->camera.near_plane, s->scene_radius};
+    const float lens[] = {s->camera.fov_y, s->camera.height, s->camera.near_plane, s->scene_radius};
     uint64_t key = ng_key_add_bytes(NG_KEY, words, sizeof words);
     key = ng_key_add_bytes(key, lens, sizeof lens);
     key = ng_key_add_bytes(key, s->camera.view, sizeof s->camera.view);

@@ -89,17 +89,6 @@ void lf_reference_destroy(struct lf_reference **reference)
     free(r);
 }
 
-// As engine/render/scene_gpu.c makes the view of the rasterizer.
-static void find_camera(struct lf_reference *r, const struct ng_snapshot_camera *c)
-{
-    float tangent = tanf(c->fov_y * 0.5f), aspect = (float)r->params.width / (float)r->params.height;
-    for (int i = 0; i < 3; i++) {
-        r->camera.right[i] = c->view[i * 4] * tangent * aspect;
-        r->camera.down[i] = -c->view[i * 4 + 1] * tangent;
-        r->camera.forward[i] = -c->view[i * 4 + 2];
-    }
-}
-
 ng_result lf_reference_begin(struct lf_reference *r, const struct lf_tracer *tracer)
 {
     const struct ng_snapshot *snapshot = lf_tracer_snapshot(tracer);
@@ -109,7 +98,7 @@ ng_result lf_reference_begin(struct lf_reference *r, const struct lf_tracer *tra
     r->stats = (struct lf_path_stats){0};
     r->seconds = 0;
     memset(r->sums, 0, lf_pixel_count(r) * sizeof *r->sums);
-    find_camera(r, &snapshot->camera);
+    r->camera = ng_camera_rays_of(&snapshot->camera, (float)r->params.width / (float)r->params.height);
     return lf_light_choice_update(&r->lights, snapshot);
 }
 
@@ -127,9 +116,12 @@ struct lf_ray lf_reference_ray(const struct lf_reference *r, float x, float y)
 {
     const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
     struct lf_ray ray = {.far = INFINITY};
+    float right = 2 * x / (float)r->params.width - 1, down = 2 * y / (float)r->params.height - 1;
     memcpy(ray.origin, camera->position, sizeof ray.origin);
-    lf_mad(r->camera.forward, r->camera.right, 2 * x / (float)r->params.width - 1, ray.direction);
-    lf_mad(ray.direction, r->camera.down, 2 * y / (float)r->params.height - 1, ray.direction);
+    memcpy(ray.direction, r->camera.forward, sizeof ray.direction);
+    float *moved = camera->orthographic ? ray.origin : ray.direction;
+    lf_mad(moved, r->camera.right, right, moved);
+    lf_mad(moved, r->camera.down, down, moved);
     lf_normalize(ray.direction);
     ray.near = camera->near_plane / lf_dot(ray.direction, r->camera.forward);
     return ray;

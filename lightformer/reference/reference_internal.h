@@ -4,6 +4,7 @@
 
 #include "lightformer/reference/path.h"
 #include "lightformer/reference/reference.h"
+#include "render/camera.h"
 
 #include <math.h>
 
@@ -24,9 +25,7 @@ struct lf_reference {
     double seconds;
     struct lf_tile *tiles;
     uint32_t tile_count;
-    struct {
-        float right[3], down[3], forward[3]; // a pixel's ray = forward + x right + y down, x and y in [-1, 1]
-    } camera;
+    struct ng_camera_rays camera;
 };
 
 static inline size_t lf_pixel_count(const struct lf_reference *r)

@@ -107,6 +107,13 @@ static void find_motion(const struct lf_reference *r, const struct lf_primary *p
     float width = (float)r->params.width, height = (float)r->params.height;
     float right = sqrtf(lf_dot(r->camera.right, r->camera.right));
     float down = sqrtf(lf_dot(r->camera.down, r->camera.down));
+    if (camera->orthographic) { // both in metres across
+        float from[3];
+        lf_mad(p->ray.origin, camera->position, -1, from);
+        out[0] = (lf_dot(from, r->camera.right) / right - eye[0]) / right * width * 0.5f;
+        out[1] = (lf_dot(from, r->camera.down) / down + eye[1]) / down * height * 0.5f;
+        return;
+    }
     float x = lf_dot(now, r->camera.right) / (right * ahead),
           y = lf_dot(now, r->camera.down) / (down * ahead);
     out[0] = (x + eye[0] / eye[2]) / right * width * 0.5f;

@@ -16,6 +16,7 @@
 #include "scene/query.h"
 #include "scene/world.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -102,8 +103,12 @@ static void print_camera(void *user, const struct ng_world *world, const struct 
 {
     const struct ng_camera *camera = ng_world_get(world, t->entity, NG_CAMERA);
     NG_UNUSED(user);
-    ng_print_line(stdout, "  camera \"%s\"%s, %.1f degrees high, %s", t->name, t->made ? " (made)" : "",
-                  (double)camera->fov_y * 180 / 3.14159265358979,
+    char height[48];
+    if (camera->projection == NG_PROJECTION_ORTHOGRAPHIC)
+        snprintf(height, sizeof height, "orthographic, %g m", (double)camera->height);
+    else
+        snprintf(height, sizeof height, "%.1f degrees", (double)camera->fov_y * 180 / 3.14159265358979);
+    ng_print_line(stdout, "  camera \"%s\"%s, %s high, %s", t->name, t->made ? " (made)" : "", height,
                   camera->auto_exposure ? "exposed by a light meter" : "of fixed exposure");
 }
 

@@ -12,14 +12,15 @@
 
 // The camera of a frame.
 struct ng_view_data {
-    NG_MAT4(view_projection);          // world to clip, reverse-Z, infinite far
+    NG_MAT4(view_projection);          // world to clip, reverse-Z; perspective: infinite far
     NG_MAT4(previous_view_projection); // last frame's
-    NG_VEC3(right);                    // world directions: pixel ray = forward + x * right + y * down,
-    NG_VEC3(down);                     // x and y from -1 to 1
+    NG_VEC3(right);                    // render/camera.h: rays through pixels
+    NG_VEC3(down);
     NG_VEC3(forward);
     NG_VEC3(position);
     NG_FLOAT(near_plane);
-    NG_VEC2(size); // pixels
+    NG_FLOAT(range); // orthographic: depth of the slab that is seen, metres; perspective: 0
+    NG_VEC2(size);   // pixels
 };
 
 struct ng_instance_data {
