@@ -216,8 +216,8 @@ static uint64_t hash_light(const struct walk *w, const struct ng_snapshot_light 
 static uint64_t hash_shown(const struct walk *w)
 {
     const struct ng_snapshot *s = w->fresh.snapshot;
-    const float numbers[] = {s->camera.fov_y,    s->camera.near_plane, s->scene_radius,
-                             s->scene_center[0], s->scene_center[1],   s->scene_center[2]};
+    const float numbers[] = {s->camera.fov_y,    s->camera.height,   s->camera.near_plane, s->scene_radius,
+                             s->scene_center[0], s->scene_center[1], s->scene_center[2]};
     const uint32_t size[] = {w->room.width, w->room.height};
     uint64_t hash = ng_hash_bytes(0, size, sizeof size);
     hash = ng_hash_bytes(hash, numbers, sizeof numbers);

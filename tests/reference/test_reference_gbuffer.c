@@ -3,6 +3,7 @@
 #include "scene.h"
 
 #include "app/stage.h"
+#include "components/camera.h"
 #include "components/material.h"
 #include "components/transform.h"
 #include "render/renderer.h"
@@ -165,6 +166,13 @@ static void compare(const char *path, int side, void (*change)(struct ng_stage *
     ng_stage_destroy(&stage);
 }
 
+static void look_in_parallel(struct ng_stage *stage)
+{
+    struct ng_camera *camera = ng_world_edit(stage->world, stage->scene.camera, NG_CAMERA);
+    camera->projection = NG_PROJECTION_ORTHOGRAPHIC;
+    camera->height = 3;
+}
+
 static void compare_cameras(const char *path)
 {
     static void (*const changes[])(struct ng_stage *) = {mirror_camera, mirror_camera_upwards, turn_camera,
@@ -204,10 +212,13 @@ static void test_layers_equal_the_rasterizers(void **state)
             NULL); // colours, second UVs, morph targets, joints, a mask
     compare_cameras("content/unit/double_sided.glb");
     compare_cameras("content/unit/mirrored.glb");
+    compare_cameras("tests/files/geometry/orthographic.gltf");
+    compare("content/unit/materials.glb", 96, look_in_parallel);
+    compare("content/unit/light_environment.glb", 96, look_in_parallel);
 }
 
 // Pixels that a thing crosses between two frames, as both methods see it.
-static void check_motion(const char *name, bool moves)
+static void check_motion(const char *name, bool moves, void (*change)(struct ng_stage *))
 {
     enum { SIDE = 96 };
     static const char *const layers[] = {"entity", "motion"};
@@ -218,6 +229,8 @@ static void check_motion(const char *name, bool moves)
     struct lf_reference *reference;
     snprintf(path, sizeof path, "content/unit/%s.glb", name);
     OK(ng_stage_create(&(struct ng_stage_params){.scene = path, .threads = 2}, &stage));
+    if (change)
+        change(stage);
     struct ng_stage_frame frame = {
         .width = SIDE, .height = SIDE, .layers = layers, .layer_count = NG_COUNT(layers), .time = 0.4};
     OK(ng_stage_draw(stage, &frame));
@@ -245,9 +258,10 @@ static void check_motion(const char *name, bool moves)
 static void test_motion_equals_the_rasterizers(void **state)
 {
     (void)state;
-    check_motion("character", true);
-    check_motion("hierarchy", true);
-    check_motion("light_sphere", false);
+    check_motion("character", true, NULL);
+    check_motion("character", true, look_in_parallel);
+    check_motion("hierarchy", true, NULL);
+    check_motion("light_sphere", false, NULL);
 }
 
 int main(void)

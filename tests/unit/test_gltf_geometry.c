@@ -6,6 +6,7 @@
 #include "asset/assets.h"
 #include "asset/gltf.h"
 #include "components/animation.h"
+#include "components/camera.h"
 #include "components/components.h"
 #include "components/material.h"
 #include "components/mesh.h"
@@ -532,6 +533,41 @@ static void test_targets_that_cannot_be(void **state)
     }
 }
 
+// ---- cameras ---------------------------------------------------------------------------------------------
+static void test_orthographic_cameras(void **state)
+{
+    NG_UNUSED(state);
+    static const struct {
+        const char *members;
+        float height, near_plane;
+        int warnings;
+    } cases[] = {
+        {"\"xmag\": 2, \"ymag\": 1.5, \"znear\": 0.25, \"zfar\": 9", 3, 0.25f, 0},
+        {"\"xmag\": 2, \"ymag\": 1.5, \"znear\": 0, \"zfar\": 9", 3, 1e-5f, 0}, // where it stands
+        {"\"xmag\": -2, \"ymag\": -1.5, \"znear\": 1, \"zfar\": 9", 3, 1, 0},   // allowed, not recommended
+        {"\"xmag\": 1, \"ymag\": 1e30, \"znear\": 1, \"zfar\": 9", 1e6f, 1, 0},
+        {"\"xmag\": 1, \"ymag\": 0, \"znear\": 1, \"zfar\": 9", 2, 1, 1}};
+    for (size_t i = 0; i < NG_COUNT(cases); i++) {
+        struct gltf_maker m = {0};
+        struct loaded l;
+        char rest[1024], path[512];
+        GLTF_PUT(&m, F32, "VEC3", 3, corners);
+        snprintf(rest, sizeof rest,
+                 "\"nodes\": [{\"camera\": 0}], \"cameras\": [{\"type\": \"orthographic\", \"orthographic\": "
+                 "{%s}}]",
+                 cases[i].members);
+        gltf_write(&m, "parallel", rest, path, sizeof path);
+        assert_int_equal(load(&l, path), NG_OK);
+        assert_false(l.scene.camera_made);
+        const struct ng_camera *camera = ng_world_get(l.world, l.scene.camera, NG_CAMERA);
+        assert_int_equal(camera->projection, NG_PROJECTION_ORTHOGRAPHIC);
+        assert_float_equal(camera->height, cases[i].height, 0);
+        assert_float_equal(camera->near_plane, cases[i].near_plane, 0);
+        assert_int_equal(l.log.warnings, cases[i].warnings);
+        finish(&l);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -546,6 +582,7 @@ int main(void)
         cmocka_unit_test(test_morph_targets),
         cmocka_unit_test(test_driven_weights),
         cmocka_unit_test(test_targets_that_cannot_be),
+        cmocka_unit_test(test_orthographic_cameras),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
