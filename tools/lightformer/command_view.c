@@ -114,7 +114,8 @@ struct viewer {
     void *methods[METHOD_MAX]; // states, in the order of method_of
     struct ng_camera_controller controller;
     struct ng_playback playback;
-    ng_entity camera; // our own, so that neither a parent nor an animation moves it
+    ng_entity camera;   // our own, so that neither a parent nor an animation moves it
+    float height_at_1m; // orthographic: of what it shows, by the distance to what it turns around
     struct view_picture picture;
     struct view_times times;
     double frame_ms;
@@ -145,6 +146,7 @@ static ng_result create_camera(struct viewer *v, bool stay)
     memcpy(name.text, camera_name, sizeof camera_name);
     struct ng_camera lens = *(const struct ng_camera *)ng_world_get(world, model, NG_CAMERA);
     struct ng_transform transform = ng_camera_controller_transform(&v->controller);
+    v->height_at_1m = lens.height / v->controller.distance;
     v->camera = ng_entity_create(world);
     NG_TRY(ng_world_add(world, v->camera, NG_NAME, &name));
     NG_TRY(ng_world_add(world, v->camera, NG_CAMERA, &lens));
@@ -318,9 +320,21 @@ static void react(struct viewer *v, float seconds)
         ng_camera_controller_update(&v->controller, input, (float)v->window->height, seconds);
 }
 
+// A parallel view shows more from farther away only if it is made to.
+static ng_result zoom_camera(struct viewer *v)
+{
+    struct ng_camera lens = *(const struct ng_camera *)ng_world_get(v->stage->world, v->camera, NG_CAMERA);
+    float height = fminf(fmaxf(v->height_at_1m * v->controller.distance, 1e-4f), 1e6f);
+    if (lens.projection != NG_PROJECTION_ORTHOGRAPHIC || fabsf(height / lens.height - 1) < 1e-6f)
+        return NG_OK;
+    lens.height = height;
+    return ng_world_set(v->stage->world, v->camera, NG_CAMERA, &lens);
+}
+
 static ng_result move_camera(struct viewer *v)
 {
     struct ng_transform transform = ng_camera_controller_transform(&v->controller);
+    NG_TRY(zoom_camera(v));
     return ng_world_set(v->stage->world, v->camera, NG_TRANSFORM, &transform);
 }
 
