@@ -100,23 +100,50 @@ static int camera_of(const cJSON *node)
     return ng_gltf_json_index(node, "camera");
 }
 
+static void write_perspective(struct gltf_saver *s, const struct ng_camera *now, cJSON *camera)
+{
+    ng_gltf_json_text(&s->w, camera, "type", "perspective");
+    ng_gltf_json_remove(camera, "orthographic");
+    cJSON *perspective = ng_gltf_json_object(&s->w, camera, "perspective");
+    ng_gltf_json_floats(&s->w, perspective, "yfov", &now->fov_y, 1);
+    ng_gltf_json_floats(&s->w, perspective, "znear", &now->near_plane, 1);
+}
+
+// The standard wants a width and a far plane, which we do not have: a square, and far away.
+static void write_orthographic(struct gltf_saver *s, const struct ng_camera *now, cJSON *camera)
+{
+    const float half = 0.5f * now->height, far = 1e6f;
+    ng_gltf_json_text(&s->w, camera, "type", "orthographic");
+    ng_gltf_json_remove(camera, "perspective");
+    cJSON *orthographic = ng_gltf_json_object(&s->w, camera, "orthographic");
+    if (!ng_gltf_json_get(orthographic, "xmag"))
+        ng_gltf_json_floats(&s->w, orthographic, "xmag", &half, 1);
+    ng_gltf_json_floats(&s->w, orthographic, "ymag", &half, 1);
+    ng_gltf_json_floats(&s->w, orthographic, "znear", &now->near_plane, 1);
+    if (!ng_gltf_json_get(orthographic, "zfar"))
+        ng_gltf_json_floats(&s->w, orthographic, "zfar", &far, 1);
+}
+
 static void save_camera(struct gltf_saver *s, const struct gltf_saved *p, cJSON *node)
 {
     const struct ng_camera *now = ng_world_get(s->world, p->entity, NG_CAMERA);
     int old = camera_of(node), index;
-    bool was = p->kept && p->kept->components >> NG_CAMERA & 1;
+    bool was = p->kept && p->kept->components >> NG_CAMERA & 1, changed = !was;
     if (!now && was)
         ng_gltf_json_remove(node, "camera");
-    uint64_t standard = now && (!was || old >= 0) ? ng_gltf_field_bit(s, NG_CAMERA, "fov_y") |
-                                                        ng_gltf_field_bit(s, NG_CAMERA, "near_plane")
-                                                  : 0;
-    if (standard &&
-        (!was || field_changed(s, p, NG_CAMERA, "fov_y") || field_changed(s, p, NG_CAMERA, "near_plane"))) {
+    uint64_t standard = 0;
+    bool parallel = now && now->projection == NG_PROJECTION_ORTHOGRAPHIC;
+    const char *const fields[] = {"projection", parallel ? "height" : "fov_y", "near_plane"};
+    for (size_t i = 0; now && (!was || old >= 0) && i < NG_COUNT(fields); i++) {
+        standard |= ng_gltf_field_bit(s, NG_CAMERA, fields[i]);
+        changed |= was && field_changed(s, p, NG_CAMERA, fields[i]);
+    }
+    if (standard && changed) {
         cJSON *camera = own_object(s, NG_GLTF_CAMERAS, camera_of, old, &index);
-        ng_gltf_json_text(&s->w, camera, "type", "perspective");
-        cJSON *perspective = ng_gltf_json_object(&s->w, camera, "perspective");
-        ng_gltf_json_floats(&s->w, perspective, "yfov", &now->fov_y, 1);
-        ng_gltf_json_floats(&s->w, perspective, "znear", &now->near_plane, 1);
+        if (parallel)
+            write_orthographic(s, now, camera);
+        else
+            write_perspective(s, now, camera);
         ng_gltf_json_number(&s->w, node, "camera", index);
     }
     ng_gltf_save_component(s, p, node, NG_CAMERA, standard);
