@@ -173,14 +173,19 @@ struct obj_model {
     NG_ARRAY(bool) alphas;     // it has transparent parts
 };
 
-// ---- obj_material.c, obj_surface.c, obj_triangles.c -------------------------------------------------------
-// Reads the libraries, writes the materials that faces use.
+// ---- obj_material.c, obj_bump.c, obj_surface.c, obj_triangles.c
+// ------------------------------------------------------- Reads the libraries, writes the materials that
+// faces use.
 NG_NODISCARD ng_result ng_obj_write_materials(struct obj_model *m);
 uint32_t ng_obj_plain_material(struct obj_model *m);
 // Drops faces that cannot be drawn, gives every corner a normal, writes meshes of the parts.
 NG_NODISCARD ng_result ng_obj_write_meshes(struct obj_model *m);
 // The two nodes above all others that fit the model: one scales and moves, below it one turns.
 void ng_obj_write_fit(struct obj_model *m, const struct obj_text *children);
+
+// Makes a normal map of the bytes of a picture of heights, which it replaces. Another picture stays.
+NG_NODISCARD ng_result ng_obj_normal_map(const char *name, const struct ng_gltf_params *params, void **data,
+                                         size_t *size);
 
 struct obj_polygon {
     const double (*points)[2]; // counter-clockwise

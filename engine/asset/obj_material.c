@@ -73,17 +73,35 @@ static ng_result read_named(struct obj_model *m, const char *name, const char *i
     return ng_gltf_part_end(m->faults, &part, m->source->read(m->source->user, file, data, size));
 }
 
-// Sets `*image` to the index of the picture in the list; -1: it cannot be read.
-static ng_result find_image(struct obj_model *m, const char *name, int *image, bool *has_alpha)
+// Null where it cannot be read. `bump`: heights become normals.
+static ng_result read_picture(struct obj_model *m, const char *name, bool bump, void **data, size_t *size)
 {
-    uint32_t index = ng_obj_name(&m->textures, name);
+    struct gltf_part part;
+    NG_TRY(read_named(m, name, "it is drawn without", data, size));
+    if (!*data || !bump)
+        return NG_OK;
+    ng_gltf_part_begin(&part, "it is drawn without");
+    ng_result r = ng_obj_normal_map(m->faults->path, m->params, data, size);
+    if (r != NG_OK) {
+        free(*data);
+        *data = NULL;
+    }
+    return ng_gltf_part_end(m->faults, &part, r);
+}
+
+// Sets `*image` to the index of the picture in the list; -1: it cannot be read.
+static ng_result find_image(struct obj_model *m, const char *name, bool bump, int *image, bool *has_alpha)
+{
+    char key[1024];
+    snprintf(key, sizeof key, "%s%s", bump ? "bump " : "", name);
+    uint32_t index = ng_obj_name(&m->textures, key);
     if (index == UINT32_MAX)
         return ng_out_of_memory(m->faults->path);
     if (index == m->images.count) {
         void *data;
         size_t size;
         int found = -1;
-        NG_TRY(read_named(m, name, "it is drawn without", &data, &size));
+        NG_TRY(read_picture(m, name, bump, &data, &size));
         bool alpha = data && png_has_alpha(data, size);
         if (data) {
             uint32_t view = ng_obj_view(&m->glb, data, size);
@@ -103,13 +121,14 @@ static ng_result find_image(struct obj_model *m, const char *name, int *image, b
 }
 
 // A texture of a map's picture; -1 if there is none.
-static ng_result make_texture(struct obj_model *m, const struct obj_map *map, int *texture, bool *has_alpha)
+static ng_result make_texture(struct obj_model *m, const struct obj_map *map, bool bump, int *texture,
+                              bool *has_alpha)
 {
     int image = -1;
     *texture = -1;
     *has_alpha = false;
     if (map->name[0])
-        NG_TRY(find_image(m, map->name, &image, has_alpha));
+        NG_TRY(find_image(m, map->name, bump, &image, has_alpha));
     if (image < 0)
         return NG_OK;
     if (map->clamp && m->glb.lists[OBJ_SAMPLERS].count == 0) {
@@ -152,10 +171,13 @@ static void read_look(const struct obj_material *in, struct look *out)
 static ng_result read_textures(struct obj_model *m, const struct obj_material *in, struct look *out)
 {
     bool alpha, unused;
-    NG_TRY(make_texture(m, &in->diffuse_map, &out->base_texture, &alpha));
-    NG_TRY(make_texture(m, in->normal_map.name[0] ? &in->normal_map : &in->bump_map, &out->normal_texture,
-                        &unused));
-    NG_TRY(make_texture(m, &in->emission_map, &out->emission_texture, &unused));
+    NG_TRY(make_texture(m, &in->diffuse_map, false, &out->base_texture, &alpha));
+    bool bump = !in->normal_map.name[0];
+    NG_TRY(make_texture(m, bump ? &in->bump_map : &in->normal_map, bump, &out->normal_texture, &unused));
+    NG_TRY(make_texture(m, &in->emission_map, false, &out->emission_texture, &unused));
+    // Sweet Home 3D shows a picture as it is.
+    if (m->source->fit && out->base_texture >= 0)
+        out->base[0] = out->base[1] = out->base[2] = 1;
     out->mask = alpha && out->alpha == 1;
     if (in->alpha_map.name[0] && strcmp(in->alpha_map.name, in->diffuse_map.name) != 0)
         NG_TRY(ng_gltf_fault(m->faults, "it is not followed",
