@@ -18,6 +18,8 @@
 #include "scene/system.h"
 #include "scene/world.h"
 
+#include <zip.h>
+
 // What damage is done to, and who reads it.
 struct kind {
     ng_result (*read)(const char *path);
@@ -125,6 +127,53 @@ static void damage_glb(struct bytes *b, struct ng_rng *r)
         bytes_splice(b, end++, 0, " ", 1);
     put_word(b, 12, end - 20);
     put_word(b, 8, b->data.count);
+}
+
+// ---- OBJ, MTL and catalogues ----------------------------------------------------------------------------
+
+// The library of a model that is whole.
+static ng_result read_library(const char *path)
+{
+    static const char model[] = "mtllib objects.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl wood\nf 1 2 3\n"
+                                "usemtl metal\nf 3 2 1\nusemtl light\nf 2 1 3\n";
+    char obj[512];
+    snprintf(obj, sizeof obj, "%.*smodel.obj", (int)(ng_path_name(path) - path), path);
+    assert_int_equal(ng_file_write(obj, model, sizeof model - 1), NG_OK);
+    return read_scene(obj);
+}
+
+static void write_library(const char *path)
+{
+    struct bytes b = read_file("tests/files/good/objects.mtl");
+    assert_int_equal(ng_file_write(path, b.data.items, b.data.count), NG_OK);
+    ng_array_finish(&b.data);
+}
+
+static void write_properties(const char *path)
+{
+    static const char text[] =
+        "name=Things\nlicense=CC-BY \\u00e9\nid#1=T#box\nname#1=A box\nmodel#1=/m/box.obj\n"
+        "width#1=100\ndepth#1=50.5\nheight#1=20\nmodelRotation#1=0 0 1 0 1 0 -1 0 0\n"
+        "creator#1=\\\n  Ann\nmovable#1=true\n";
+    assert_int_equal(ng_file_write(path, text, sizeof text - 1), NG_OK);
+}
+
+// A catalogue with these properties, whose checksums are right.
+static ng_result read_properties(const char *path)
+{
+    static const char box[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n";
+    struct bytes b = read_file(path);
+    char catalogue[512], piece[520];
+    snprintf(catalogue, sizeof catalogue, "%.*smade.sh3f", (int)(ng_path_name(path) - path), path);
+    zip_t *zip = zip_open(catalogue, ZIP_CREATE | ZIP_TRUNCATE, NULL);
+    assert_non_null(zip);
+    assert_true(zip_file_add(zip, "PluginFurnitureCatalog.properties",
+                             zip_source_buffer(zip, b.data.items, b.data.count, 0), 0) >= 0);
+    assert_true(zip_file_add(zip, "m/box.obj", zip_source_buffer(zip, box, sizeof box - 1, 0), 0) >= 0);
+    assert_int_equal(zip_close(zip), 0);
+    ng_array_finish(&b.data);
+    snprintf(piece, sizeof piece, "%s#1", catalogue);
+    return read_scene(piece);
 }
 
 // ---- pictures --------------------------------------------------------------------------------------------
@@ -236,7 +285,8 @@ static ng_result read_manifest(const char *path)
 static const struct kind text = {read_scene, damage_text}, glb = {read_scene, damage_glb},
                          picture = {read_picture, mutate_bytes}, layers = {read_layers, mutate_bytes},
                          checkpoint = {read_checkpoint, damage_checkpoint},
-                         manifest = {read_manifest, damage_text};
+                         manifest = {read_manifest, damage_text}, library = {read_library, mutate_bytes},
+                         properties = {read_properties, mutate_bytes};
 
 // Files to begin with: those of the project, and those that are written first.
 static const struct seed {
@@ -249,6 +299,9 @@ static const struct seed {
     {"tests/files/good/cage.gltf", &text, NULL},
     {"tests/files/good/stage.gltf", &text, NULL},
     {"tests/files/good/triangle.gltf", &text, NULL},
+    {"tests/files/good/objects.obj", &text, NULL},
+    {"objects.mtl", &library, write_library},
+    {"properties", &properties, write_properties},
     {"content/unit/accessors.glb", &glb, NULL},
     {"content/unit/animated_fields.glb", &glb, NULL},
     {"content/unit/light_mesh.glb", &glb, NULL},

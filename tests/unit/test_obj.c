@@ -225,6 +225,48 @@ static void test_textures(void **state)
     finish(&l);
 }
 
+static const unsigned char *texel_of(const struct loaded *l, ng_asset image, uint32_t x, uint32_t y)
+{
+    const struct ng_image *i = ng_assets_image(l->assets, image);
+    assert_non_null(i);
+    return (const unsigned char *)i->pixels + (y * i->width + x) * 4;
+}
+
+// A slope of heights that grows to the right and down; a normal map stays as it is.
+static void test_bumps(void **state)
+{
+    NG_UNUSED(state);
+    enum { SIDE = 16 };
+    struct loaded l;
+    char path[256];
+    unsigned char heights[SIDE * SIDE * 3], normals[SIDE * SIDE * 3];
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        memset(heights + i * 3, i % SIDE * 8 + i / SIDE * 2, 3);
+        memcpy(normals + i * 3, (const unsigned char[]){120, 140, 250}, 3);
+    }
+    const struct ng_png_params picture = {.width = SIDE, .height = SIDE, .channels = 3};
+    struct ng_png_params p = picture;
+    p.pixels = heights;
+    test_path(path, sizeof path, "heights.png");
+    assert_int_equal(ng_png_write(path, &p), NG_OK);
+    p.pixels = normals;
+    test_path(path, sizeof path, "normals.png");
+    assert_int_equal(ng_png_write(path, &p), NG_OK);
+    load_materials(&l, "newmtl a\nmap_Bump -bm 0.5 heights.png\n", "a", NULL);
+    const unsigned char *n = texel_of(&l, material_of(&l, "a")->normal_texture, 8, 8);
+    assert_true(n[0] < 120 && n[1] > 128 && n[1] < 140 && n[2] > 240); // against the slope, green up
+    assert_true(material_of(&l, "a")->normal_scale == 0.5f);
+    finish(&l);
+    load_materials(&l, "newmtl a\nbump normals.png\n", "a", NULL);
+    n = texel_of(&l, material_of(&l, "a")->normal_texture, 8, 8);
+    assert_memory_equal(n, normals, 3);
+    finish(&l);
+    load_materials(&l, "newmtl a\nmap_Kd heights.png\nnorm heights.png\n", "a", NULL);
+    n = texel_of(&l, material_of(&l, "a")->normal_texture, 8, 8);
+    assert_int_equal(n[0], n[2]); // it says that it is one
+    finish(&l);
+}
+
 // Each costs one warning, however often it is there; the rest is loaded.
 static void test_faults(void **state)
 {
@@ -364,13 +406,21 @@ static void test_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parts),       cmocka_unit_test(test_attributes),
-        cmocka_unit_test(test_lines),       cmocka_unit_test(test_made_normals),
-        cmocka_unit_test(test_bad_normals), cmocka_unit_test(test_polygons),
-        cmocka_unit_test(test_materials),   cmocka_unit_test(test_textures),
-        cmocka_unit_test(test_faults),      cmocka_unit_test(test_texture_faults),
-        cmocka_unit_test(test_refused),     cmocka_unit_test(test_cut),
-        cmocka_unit_test(test_limits),      cmocka_unit_test(test_files),
+        cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_attributes),
+        cmocka_unit_test(test_lines),
+        cmocka_unit_test(test_made_normals),
+        cmocka_unit_test(test_bad_normals),
+        cmocka_unit_test(test_polygons),
+        cmocka_unit_test(test_materials),
+        cmocka_unit_test(test_textures),
+        cmocka_unit_test(test_bumps),
+        cmocka_unit_test(test_faults),
+        cmocka_unit_test(test_texture_faults),
+        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_cut),
+        cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
