@@ -250,7 +250,9 @@ static ng_result check_count(const struct gltf_loader *l, int index, const struc
     if (want->count && a->count != needed)
         return ng_gltf_error(l, "accessor %d: %zu elements where %s needs %u", index, a->count, want->what,
                              needed);
-    if (a->view < 0 && (a->count > NG_GLTF_MAX_ZEROS || a->count > NG_GLTF_MAX_ZEROS / a->components))
+    struct elements e = {.type = a->component_type, .components = a->components};
+    bool has_bytes = a->view >= 0 || find_stand_in(l, (uint32_t)index, a->count, &e);
+    if (!has_bytes && (a->count > NG_GLTF_MAX_ZEROS || a->count > NG_GLTF_MAX_ZEROS / a->components))
         return ng_gltf_error(
             l, "accessor %d: %zu elements without bytes in the file, more than the limit of %d numbers",
             index, a->count, NG_GLTF_MAX_ZEROS);
