@@ -70,11 +70,25 @@ struct ng_geometry {
 
 enum ng_pixel_format { NG_PIXEL_RGBA8, NG_PIXEL_RGBA8_SRGB, NG_PIXEL_RGBA32F };
 
+enum ng_wrap { NG_WRAP_CLAMP, NG_WRAP_REPEAT, NG_WRAP_MIRROR };
+enum ng_filter { NG_FILTER_LINEAR, NG_FILTER_NEAREST };
+enum ng_mip_filter { NG_MIP_LINEAR, NG_MIP_NEAREST, NG_MIP_NONE }; // between levels; none: level 0 alone
+
+// How an image is looked up. Zeros: clamped, and smooth in all ways.
+struct ng_sampling {
+    enum ng_wrap wrap_u, wrap_v;
+    enum ng_filter magnify, minify;
+    enum ng_mip_filter mips;
+};
+
 // An image with its mip chain: level 0 first, row 0 at the top, levels tightly packed one after the other.
 struct ng_image {
     uint32_t width, height, levels;
     enum ng_pixel_format format;
-    bool repeat_u, repeat_v; // else clamp to edge
+    struct ng_sampling sampling;
+    // Not 0: what is smaller than texels is a mask. Levels above 0 then hold in A the share of level 0's
+    // texels whose A is at least this, not the mean.
+    float alpha_cutoff;
     void *pixels;
     size_t size; // bytes of all levels
 };

@@ -215,7 +215,8 @@ static bool clips_equal(const struct ng_clip *a, const struct ng_clip *b)
 static bool images_equal(const struct ng_image *a, const struct ng_image *b)
 {
     return a->width == b->width && a->height == b->height && a->levels == b->levels &&
-           a->format == b->format && a->repeat_u == b->repeat_u && a->repeat_v == b->repeat_v &&
+           a->format == b->format && memcmp(&a->sampling, &b->sampling, sizeof a->sampling) == 0 &&
+           !(a->alpha_cutoff < b->alpha_cutoff) && !(a->alpha_cutoff > b->alpha_cutoff) &&
            a->size == b->size && same_bytes(a->pixels, b->pixels, a->size);
 }
 

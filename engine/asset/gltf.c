@@ -104,10 +104,10 @@ static bool allocate_tables(struct gltf_loader *l)
     l->skins = calloc(d->skin_count + (size_t)1, sizeof *l->skins);
     l->joint_of = calloc(d->node_count + (size_t)1, sizeof *l->joint_of);
     l->views = calloc(d->view_count + (size_t)1, sizeof *l->views);
-    l->images = calloc(d->image_count + (size_t)1, sizeof *l->images);
+    l->first_image = calloc(d->image_count + (size_t)1, sizeof *l->first_image);
     l->image_lost = calloc(d->image_count + (size_t)1, sizeof *l->image_lost);
     return l->parents && l->order && l->ordered && l->placed && l->skin_placed && l->nodes && l->materials &&
-           l->animations && l->skins && l->joint_of && l->images && l->image_lost && l->views;
+           l->animations && l->skins && l->joint_of && l->first_image && l->image_lost && l->views;
 }
 
 static ng_result load(struct gltf_loader *l)
@@ -163,12 +163,13 @@ static void finish(struct gltf_loader *l)
     free(l->joint_of);
     free(l->made);
     free(l->first_primitive);
-    free(l->images);
+    free(l->first_image);
     free(l->image_lost);
     for (uint32_t i = 0; l->views && i < l->doc->view_count; i++)
         free(l->views[i].data);
     free(l->views);
     ng_array_finish(&l->stand_ins);
+    ng_array_finish(&l->images);
     ng_array_finish(&l->shapes);
     ng_array_finish(&l->instances);
     ng_array_finish(&l->clips);

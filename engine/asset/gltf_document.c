@@ -34,10 +34,13 @@ static ng_result check_version(const char *path, const struct gltf_value *root)
 // Extensions of the standard that this loader follows, or may ignore since others only refine them.
 static bool is_known(const char *extension)
 {
-    static const char *const known[] = {"EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
-                                        "KHR_draco_mesh_compression", "KHR_meshopt_compression",
-                                        "KHR_lights_punctual",        "KHR_materials_emissive_strength",
-                                        "KHR_mesh_quantization",      "NG_scene"};
+    static const char *const known[] = {"EXT_mesh_gpu_instancing", "EXT_meshopt_compression",
+                                        "EXT_texture_webp",        "KHR_draco_mesh_compression",
+                                        "KHR_lights_punctual",     "KHR_materials_emissive_strength",
+                                        "KHR_materials_ior",       "KHR_materials_pbrSpecularGlossiness",
+                                        "KHR_materials_specular",  "KHR_materials_unlit",
+                                        "KHR_mesh_quantization",   "KHR_meshopt_compression",
+                                        "KHR_texture_transform",   "NG_scene"};
     for (size_t i = 0; i < NG_COUNT(known); i++)
         if (strcmp(extension, known[i]) == 0)
             return true;
@@ -58,6 +61,57 @@ static ng_result check_required(const char *path, const struct gltf_value *root)
         return NG_OK;
     ng_log_error("%s: extensionsRequired: %s is not supported; export without it", path, names);
     return NG_ERROR_UNSUPPORTED;
+}
+
+// ---- extensions that are not followed --------------------------------------------------------------------
+struct ignored {
+    struct {
+        const char *name;
+        uint32_t count;
+    } items[16];
+    uint32_t count;
+};
+
+static void note_ignored(struct ignored *ignored, const char *name)
+{
+    uint32_t i = 0;
+    while (i < ignored->count && strcmp(ignored->items[i].name, name) != 0)
+        i++;
+    if (is_known(name) || i == NG_COUNT(ignored->items))
+        return;
+    ignored->count += i == ignored->count;
+    ignored->items[i].name = name;
+    ignored->items[i].count++;
+}
+
+// The JSON has a depth that is bounded.
+static void find_ignored(const struct gltf_value *v, struct ignored *ignored)
+{
+    for (uint32_t i = 0; (v->kind == GLTF_OBJECT || v->kind == GLTF_ARRAY) && i < v->count; i++) {
+        const struct gltf_value *item = &v->items[i];
+        const char *key = v->kind == GLTF_OBJECT ? item->key : "";
+        if (strcmp(key, "extras") == 0)
+            continue;
+        for (uint32_t k = 0; strcmp(key, "extensions") == 0 && item->kind == GLTF_OBJECT && k < item->count;
+             k++)
+            note_ignored(ignored, item->items[k].key);
+        find_ignored(item, ignored);
+    }
+}
+
+// One warning for all.
+static void warn_ignored(const char *path, const struct gltf_value *root)
+{
+    struct ignored ignored = {0};
+    char names[1024] = "";
+    find_ignored(root, &ignored);
+    for (uint32_t i = 0; i < ignored.count; i++) {
+        size_t n = strlen(names);
+        snprintf(names + n, sizeof names - n, "%s%.60s (%u)", n ? ", " : "", ignored.items[i].name,
+                 ignored.items[i].count);
+    }
+    if (ignored.count)
+        ng_log_warn("%s: extensions that are not followed, and how often they are used: %s", path, names);
 }
 
 // ---- tables ----------------------------------------------------------------------------------------------
@@ -247,7 +301,7 @@ static void make_node(struct maker *m, const struct gltf_value *v, void *out)
     n->children = indices(m, v, "children", &n->child_count);
 }
 
-static struct gltf_texture_use texture_use(const struct gltf_value *v, const char *key)
+struct gltf_texture_use ng_gltf_texture_use(const struct gltf_value *v, const char *key)
 {
     const struct gltf_value *use = ng_gltf_member(v, key);
     return (struct gltf_texture_use){
@@ -273,10 +327,10 @@ static void make_material(struct maker *m, const struct gltf_value *v, void *out
         .normal_scale = ng_gltf_number(normal, "scale", 1),
         .emissive_strength = ng_gltf_number(strength, "emissiveStrength", 1),
         .double_sided = ng_gltf_bool(v, "doubleSided", false),
-        .base_color_texture = texture_use(pbr, "baseColorTexture"),
-        .metallic_roughness_texture = texture_use(pbr, "metallicRoughnessTexture"),
-        .normal_texture = texture_use(v, "normalTexture"),
-        .emissive_texture = texture_use(v, "emissiveTexture"),
+        .base_color_texture = ng_gltf_texture_use(pbr, "baseColorTexture"),
+        .metallic_roughness_texture = ng_gltf_texture_use(pbr, "metallicRoughnessTexture"),
+        .normal_texture = ng_gltf_texture_use(v, "normalTexture"),
+        .emissive_texture = ng_gltf_texture_use(v, "emissiveTexture"),
         .extension = scene_extension(v),
         .extensions = extensions_of(v),
     };
@@ -287,6 +341,7 @@ static void make_texture(struct maker *m, const struct gltf_value *v, void *out)
     NG_UNUSED(m);
     *(struct gltf_texture *)out = (struct gltf_texture){
         .image = ng_gltf_index(v, "source", -1),
+        .webp = ng_gltf_index(ng_gltf_member(extensions_of(v), "EXT_texture_webp"), "source", -1),
         .sampler = ng_gltf_index(v, "sampler", -1),
         .extensions = extensions_of(v),
     };
@@ -307,10 +362,13 @@ static void make_sampler(struct maker *m, const struct gltf_value *v, void *out)
 static void make_image(struct maker *m, const struct gltf_value *v, void *out)
 {
     NG_UNUSED(m);
+    const char *uri = ng_gltf_text(v, "uri", ""), *name_end = strrchr(uri, '.');
     *(struct gltf_image *)out = (struct gltf_image){
         .name = ng_gltf_text(v, "name", ""),
-        .uri = ng_gltf_text(v, "uri", ""),
+        .uri = uri,
         .view = ng_gltf_index(v, "bufferView", -1),
+        .webp = strcmp(ng_gltf_text(v, "mimeType", ""), "image/webp") == 0 ||
+                strncmp(uri, "data:image/webp", 15) == 0 || (name_end && strcmp(name_end, ".webp") == 0),
     };
 }
 
@@ -449,6 +507,7 @@ static ng_result read_document(struct gltf_faults *faults, const struct ng_gltf_
         ng_gltf_faults_finish(faults);
         return r;
     }
+    warn_ignored(faults->path, doc->root);
     if (faults->strict && faults->list.count) // of the JSON
         return NG_ERROR_FORMAT;
     doc->hash = ng_hash_bytes(0, data, size);

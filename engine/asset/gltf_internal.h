@@ -152,6 +152,7 @@ struct gltf_material {
 
 struct gltf_texture {
     int image, sampler;
+    int webp; // an image, of EXT_texture_webp
     const struct gltf_value *extensions;
 };
 
@@ -162,6 +163,7 @@ struct gltf_sampler {
 struct gltf_image {
     const char *name, *uri; // uri: a file, not yet decoded, or a data: URI; "" if none
     int view;               // or a buffer view
+    bool webp;              // says that it is one
 };
 
 struct gltf_camera {
@@ -248,6 +250,8 @@ double ng_gltf_number(const struct gltf_value *object, const char *key, double m
 int ng_gltf_index(const struct gltf_value *object, const char *key, int missing);
 const char *ng_gltf_text(const struct gltf_value *object, const char *key, const char *missing);
 bool ng_gltf_bool(const struct gltf_value *object, const char *key, bool missing);
+// A texture that a member names; texture -1 if there is none.
+struct gltf_texture_use ng_gltf_texture_use(const struct gltf_value *object, const char *key);
 // A member that is an array, or null.
 const struct gltf_value *ng_gltf_array(const struct gltf_value *object, const char *key);
 

@@ -47,7 +47,7 @@ static bool emits(const struct gltf_loader *l, ng_entity e)
     float most = 0;
     for (int i = 0; m && i < 3; i++)
         most = m->emissive[i] > most ? m->emissive[i] : most;
-    return m && most * m->emissive_strength > 0;
+    return m && !m->unlit && most * m->emissive_strength > 0;
 }
 
 static bool is_light(const struct gltf_loader *l, ng_entity e)

@@ -7,6 +7,7 @@
 #include "asset/gltf_internal.h"
 #include "asset/image.h"
 #include "base/array.h"
+#include "components/material.h"
 #include "components/transform.h"
 #include "scene/world.h"
 
@@ -32,6 +33,25 @@ struct gltf_stand_in {
     struct gltf_bytes bytes;
 };
 
+// How a picture is used.
+struct gltf_image_use {
+    bool srgb;
+    float alpha_cutoff; // as in struct ng_image
+    struct ng_sampling sampling;
+};
+
+// An image of the document, as it is used.
+struct gltf_loaded {
+    struct gltf_image_use use;
+    int source; // of the document's images
+    ng_asset image;
+    uint32_t next; // of the same image, plus 1; 0: none
+};
+struct gltf_images {
+    struct gltf_loaded *items;
+    size_t count, capacity;
+};
+
 struct gltf_instance {
     uint32_t node, primitive;  // of its mesh
     int skin;                  // -1: none
@@ -44,7 +64,7 @@ struct gltf_instance {
 struct gltf_picture {
     uint64_t hash;
     size_t size;
-    bool srgb, repeat_u, repeat_v;
+    struct gltf_image_use use;
     ng_asset image;
 };
 
@@ -86,7 +106,8 @@ struct gltf_loader {
     ng_entity *animations; // [animation_count]
     ng_asset *skins;       // [skin_count]
     uint32_t *joint_of;    // [node_count]: 1 + the last skin that listed it
-    ng_asset (*images)[8]; // [image_count] by srgb, repeat_u, repeat_v
+    struct gltf_images images;
+    uint32_t *first_image; // [image_count]: the last of `images`, plus 1; 0: none
     NG_ARRAY(struct gltf_picture) pictures;
     bool *image_lost;                   // [image_count]: could not be read
     NG_ARRAY(struct gltf_shape) shapes; // hash table, a power of two; geometry 0: free
@@ -99,7 +120,7 @@ struct gltf_loader {
     NG_ARRAY(struct gltf_instance) instances;
     NG_ARRAY(struct ng_clip_player) clips; // in the order of the file
     NG_ARRAY(ng_asset) added;              // to take back on failure
-    bool warned_blend, warned_mirror, warned_uv, warned_morph, warned_weights, warned_influences, warned_mode;
+    bool warned_uv, warned_morph, warned_weights, warned_influences, warned_mode;
     bool warned_camera, warned_range, warned_far, warned_keys, warned_emitters, warned_cage, warned_source;
 };
 
@@ -159,11 +180,43 @@ NG_NODISCARD ng_result ng_gltf_entity(struct gltf_loader *l, ng_entity parent, c
 NG_NODISCARD ng_result ng_gltf_components(struct gltf_loader *l, ng_entity e, const char *where,
                                           const struct gltf_value *extension, const char *special);
 
-// ---- gltf_material.c -------------------------------------------------------------------------------------
-NG_NODISCARD ng_result ng_gltf_materials(struct gltf_loader *l);
+// ---- gltf_image.c, gltf_material.c -----------------------------------------------------------------------
 // The image of a texture, loaded when it is first asked for.
 NG_NODISCARD ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture, bool srgb,
+                                       float alpha_cutoff, ng_asset *out);
+// A picture file beside the document.
+NG_NODISCARD ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *uri,
                                        ng_asset *out);
+// What a sampler says; a mode that the standard does not have is the default. Filters of 0: none is named.
+struct ng_sampling ng_gltf_sampling(int wrap_s, int wrap_t, int mag_filter, int min_filter);
+// Gives the store an image that was made from others. Takes it, also on failure.
+NG_NODISCARD ng_result ng_gltf_keep_image(struct gltf_loader *l, const char *name, struct ng_image *image,
+                                          ng_asset *out);
+// What an image may take: what the scene has left. `text` is for messages, and must live as long as `params`.
+void ng_gltf_limit_image(const struct gltf_loader *l, struct ng_image_params *params, char text[128]);
+
+NG_NODISCARD ng_result ng_gltf_materials(struct gltf_loader *l);
+// Where what a material says of one of its textures goes in struct ng_material.
+struct gltf_slot {
+    ng_asset *image;
+    uint32_t *uv_set;
+    struct ng_texture_transform *transform;
+};
+#define GLTF_SLOT(material, name)                                                                            \
+    (&(struct gltf_slot){&(material)->name##_texture, &(material)->name##_uv_set,                            \
+                         &(material)->name##_transform})
+NG_NODISCARD ng_result ng_gltf_use_texture(struct gltf_loader *l, const char *where,
+                                           const struct gltf_texture_use *use, bool srgb, float alpha_cutoff,
+                                           const struct gltf_slot *slot);
+// Which of its base colour's texels a mask keeps: struct ng_image's alpha_cutoff. 0: of no mask.
+float ng_gltf_texel_cutoff(const struct ng_material *m);
+// A member that is an array of so many numbers; without it `out` stays.
+void ng_gltf_numbers(const struct gltf_value *object, const char *key, uint32_t count, float *out);
+
+// ---- gltf_glossiness.c -----------------------------------------------------------------------------------
+// KHR_materials_pbrSpecularGlossiness, made into what `out` says otherwise.
+NG_NODISCARD ng_result ng_gltf_glossiness(struct gltf_loader *l, const char *where,
+                                          const struct gltf_value *extension, struct ng_material *out);
 // A picture file beside the document.
 NG_NODISCARD ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *uri,
                                        ng_asset *out);

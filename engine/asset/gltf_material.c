@@ -1,4 +1,4 @@
-// Materials become entities; images are loaded once for each way in which they are sampled.
+// Materials become entities.
 #include "asset/gltf_loader_internal.h"
 #include "base/file.h"
 #include "base/hash.h"
@@ -11,174 +11,33 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Decodes a picture and keeps it under a name, once for each way in which its bytes are sampled.
-static ng_result keep_image(struct gltf_loader *l, const char *messages, const char *name, const void *data,
-                            size_t size, const struct ng_image_params *params, ng_asset *out)
+void ng_gltf_numbers(const struct gltf_value *object, const char *key, uint32_t count, float *out)
 {
-    struct gltf_picture picture = {
-        ng_hash_bytes(size, data, size), size, params->srgb, params->repeat_u, params->repeat_v, {0}};
-    for (size_t i = 0; i < l->pictures.count; i++) {
-        const struct gltf_picture *p = &l->pictures.items[i];
-        if (p->hash == picture.hash && p->size == size && p->srgb == picture.srgb &&
-            p->repeat_u == picture.repeat_u && p->repeat_v == picture.repeat_v) {
-            *out = p->image;
-            return NG_OK;
-        }
-    }
-    struct ng_image image;
-    NG_TRY(ng_image_decode(messages, data, size, params, &image));
-    if (!ng_array_reserve(&l->added, l->added.count + 1) ||
-        !ng_array_reserve(&l->pictures, l->pictures.count + 1)) {
-        ng_image_finish(&image);
-        return ng_out_of_memory(l->path);
-    }
-    l->memory += image.size; // bounded by the decoder, which was told what is left
-    NG_TRY(ng_assets_take_image(l->assets, name, &image, out));
-    ng_array_push(&l->added, *out);
-    picture.image = *out;
-    ng_array_push(&l->pictures, picture);
-    l->out.image_count++;
-    return NG_OK;
+    const struct gltf_value *v = ng_gltf_array(object, key);
+    for (uint32_t i = 0; v && v->count == count && i < count; i++)
+        if (v->items[i].kind == GLTF_NUMBER)
+            out[i] = (float)v->items[i].number;
 }
 
-// What the decoder may use is what the scene has left.
-struct image_limits {
-    char text[128];
-};
-
-static void limit_image(const struct gltf_loader *l, struct ng_image_params *p, struct image_limits *limits)
+ng_result ng_gltf_use_texture(struct gltf_loader *l, const char *where, const struct gltf_texture_use *use,
+                              bool srgb, float alpha_cutoff, const struct gltf_slot *slot)
 {
-    uint64_t left = l->limits.max_memory - l->memory, most = l->limits.max_image_memory;
-    p->max_side = l->limits.max_image_side;
-    p->repair = !l->faults.strict;
-    p->max_memory = left < most ? left : most;
-    p->limit = limits->text;
-    if (left < most)
-        snprintf(limits->text, sizeof limits->text,
-                 "the %llu that are left of the scene's limit of %llu; raise it (--memory-limit)",
-                 (unsigned long long)left, (unsigned long long)l->limits.max_memory);
-    else
-        snprintf(limits->text, sizeof limits->text, "the %llu that one picture may have",
-                 (unsigned long long)most);
-    // 0 would mean the default, and nothing fits into 1.
-    p->max_memory = p->max_memory ? p->max_memory : 1;
-}
-
-// A picture file beside the document; the image is named after it, messages also say who refers to it.
-static ng_result load_file(struct gltf_loader *l, const char *where, const char *uri,
-                           struct ng_image_params *params, ng_asset *out)
-{
-    char path[4096], name[4096];
-    const char *why;
-    if (!ng_gltf_uri_path(l->path, uri, path, sizeof path, &why))
-        return ng_gltf_error(l, "%s: \"%.60s\" %s", where, uri, why);
-    if (l->limits.file)
-        l->limits.file(l->limits.user, path);
-    snprintf(name, sizeof name, "%.3000s: %.200s: %.800s", l->path, where, path);
-    struct image_limits limits;
-    limit_image(l, params, &limits);
-    void *data;
-    size_t size;
-    NG_TRY(ng_file_read_named(name, path, l->limits.max_file_size, &data, &size));
-    l->out.hash = ng_hash_bytes(l->out.hash, data, size);
-    ng_result r = keep_image(l, name, path, data, size, params, out);
-    free(data);
-    return r;
-}
-
-static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_params *params, ng_asset *out)
-{
-    const struct gltf_image *image = &l->doc->images[index];
-    char where[32], name[4096];
-    snprintf(where, sizeof where, "image %d", index);
-    if (image->uri[0] && !ng_gltf_is_data_uri(image->uri))
-        return load_file(l, where, image->uri, params, out);
-    snprintf(name, sizeof name, "%.3500s: %s", l->path, where);
-    struct image_limits limits;
-    limit_image(l, params, &limits);
-    const unsigned char *data = NULL;
-    unsigned char *own = NULL;
-    size_t size = 0;
-    if (!image->uri[0] && image->view == -1)
-        return ng_gltf_error(l, "%s: has neither a uri nor a buffer view", where);
-    if (image->uri[0])
-        NG_TRY(ng_gltf_data_uri(&l->faults, where, image->uri, l->limits.max_file_size, &own, &size));
-    else
-        NG_TRY(ng_gltf_view_bytes(l, image->view, &data, &size));
-    const char *kept = image->name[0] ? image->name : name;
-    ng_result r = keep_image(l, name, kept, own ? own : data, size, params, out);
-    free(own);
-    return r;
-}
-
-static ng_result wrap_mode(struct gltf_loader *l, int sampler, const char *axis, int mode, bool *repeat)
-{
-    enum { CLAMP = 33071, MIRRORED = 33648, REPEAT = 10497 };
-    if (mode != CLAMP && mode != MIRRORED && mode != REPEAT)
-        NG_TRY(ng_gltf_fault(&l->faults, "REPEAT is used", "sampler %d: %s has no mode %d", sampler, axis,
-                             mode));
-    if (mode == MIRRORED)
-        ng_gltf_warn(l, &l->warned_mirror, "sampler %d: MIRRORED_REPEAT is treated as REPEAT", sampler);
-    *repeat = mode != CLAMP;
-    return NG_OK;
-}
-
-ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture, bool srgb, ng_asset *out)
-{
-    const struct gltf_document *d = l->doc;
-    *out = (ng_asset){0};
-    if (texture < 0 || (uint32_t)texture >= d->texture_count)
-        return ng_gltf_error(l, "%s: texture %d is not one of %u", where, texture, d->texture_count);
-    const struct gltf_texture *t = &d->textures[texture];
-    if (t->image == -1) { // glTF 2.0, 5.29.2
-        if (t->extensions && t->extensions->count)
-            ng_gltf_warn(l, &l->warned_source,
-                         "texture %d: its picture is that of %.60s, which is not followed; the scene is "
-                         "drawn without it",
-                         texture, t->extensions->items[0].key);
-        return NG_OK;
-    }
-    if (t->image < 0 || (uint32_t)t->image >= d->image_count)
-        return ng_gltf_error(l, "texture %d: image %d is not one of %u", texture, t->image, d->image_count);
-    struct ng_image_params params = {.srgb = srgb, .repeat_u = true, .repeat_v = true};
-    if (t->sampler >= 0 && (uint32_t)t->sampler >= d->sampler_count) {
-        NG_TRY(ng_gltf_fault(&l->faults, "the default is used", "texture %d: sampler %d is not one of %u",
-                             texture, t->sampler, d->sampler_count));
-    } else if (t->sampler >= 0) {
-        const struct gltf_sampler *s = &d->samplers[t->sampler];
-        NG_TRY(wrap_mode(l, t->sampler, "wrapS", s->wrap_s, &params.repeat_u));
-        NG_TRY(wrap_mode(l, t->sampler, "wrapT", s->wrap_t, &params.repeat_v));
-    }
-    ng_asset *cached = &l->images[t->image][srgb * 4 + params.repeat_u * 2 + params.repeat_v];
-    struct gltf_part part;
-    ng_gltf_part_begin(&part, "the scene is drawn without it");
-    ng_result r = cached->id || l->image_lost[t->image] ? NG_OK : load_image(l, t->image, &params, cached);
-    NG_TRY(ng_gltf_part_end(&l->faults, &part, r));
-    l->image_lost[t->image] |= part.lost;
-    *out = *cached;
-    return NG_OK;
-}
-
-ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *uri, ng_asset *out)
-{
-    // Around a latitude-longitude map u wraps, v does not.
-    struct ng_image_params params = {.srgb = true, .repeat_u = true};
-    return load_file(l, where, uri, &params, out);
-}
-
-static ng_result use_texture(struct gltf_loader *l, const char *where, const struct gltf_texture_use *use,
-                             bool srgb, ng_asset *out, uint32_t *uv_set)
-{
+    const struct gltf_value *moved = ng_gltf_member(use->extensions, "KHR_texture_transform");
     if (use->texture == -1)
         return NG_OK;
-    if (use->uv_set > 1)
+    int uv_set = ng_gltf_index(moved, "texCoord", use->uv_set);
+    if (uv_set < 0 || uv_set > 1)
         ng_gltf_warn(l, &l->warned_uv, "%s: a texture uses TEXCOORD_%d; TEXCOORD_0 is used instead", where,
-                     use->uv_set);
-    *uv_set = use->uv_set == 1;
+                     uv_set);
+    *slot->uv_set = uv_set == 1;
+    ng_gltf_numbers(moved, "offset", 2, slot->transform->offset);
+    ng_gltf_numbers(moved, "scale", 2, slot->transform->scale);
+    slot->transform->rotation = (float)ng_gltf_number(moved, "rotation", 0);
     struct gltf_part part;
     ng_gltf_part_begin(&part, "the scene is drawn without it");
     part.where = where;
-    return ng_gltf_part_end(&l->faults, &part, ng_gltf_texture(l, where, use->texture, srgb, out));
+    return ng_gltf_part_end(&l->faults, &part,
+                            ng_gltf_texture(l, where, use->texture, srgb, alpha_cutoff, slot->image));
 }
 
 static void copy3(float out[3], const double *in)
@@ -187,16 +46,36 @@ static void copy3(float out[3], const double *in)
         out[i] = (float)in[i];
 }
 
-static ng_result alpha_mode(struct gltf_loader *l, const char *where, const char *mode, bool *mask)
+static ng_result alpha_mode(struct gltf_loader *l, const char *where, const char *mode, uint32_t *out)
 {
-    bool blend = strcmp(mode, "BLEND") == 0;
-    if (!blend && strcmp(mode, "MASK") != 0 && strcmp(mode, "OPAQUE") != 0)
-        return ng_gltf_fault(&l->faults, "OPAQUE is used",
-                             "%s: alphaMode \"%.40s\" is not OPAQUE, MASK or BLEND", where, mode);
-    if (blend)
-        ng_gltf_warn(l, &l->warned_blend, "%s: alpha mode BLEND is treated as MASK", where);
-    *mask = strcmp(mode, "OPAQUE") != 0;
-    return NG_OK;
+    static const char *const modes[] = {
+        [NG_ALPHA_OPAQUE] = "OPAQUE", [NG_ALPHA_MASK] = "MASK", [NG_ALPHA_BLEND] = "BLEND"};
+    for (*out = 0; *out < NG_COUNT(modes); ++*out)
+        if (strcmp(mode, modes[*out]) == 0)
+            return NG_OK;
+    *out = NG_ALPHA_OPAQUE;
+    return ng_gltf_fault(&l->faults, "OPAQUE is used", "%s: alphaMode \"%.40s\" is not OPAQUE, MASK or BLEND",
+                         where, mode);
+}
+
+// KHR_materials_ior and KHR_materials_specular.
+static ng_result dielectric(struct gltf_loader *l, const char *where, const struct gltf_material *m,
+                            struct ng_material *out)
+{
+    const struct gltf_value *specular = ng_gltf_member(m->extensions, "KHR_materials_specular");
+    const struct gltf_value *ior = ng_gltf_member(m->extensions, "KHR_materials_ior");
+    const struct gltf_texture_use weight = ng_gltf_texture_use(specular, "specularTexture");
+    const struct gltf_texture_use color = ng_gltf_texture_use(specular, "specularColorTexture");
+    out->ior = (float)ng_gltf_number(ior, "ior", 1.5);
+    out->specular = (float)ng_gltf_number(specular, "specularFactor", 1);
+    ng_gltf_numbers(specular, "specularColorFactor", 3, out->specular_color);
+    NG_TRY(ng_gltf_use_texture(l, where, &weight, false, 0, GLTF_SLOT(out, specular)));
+    return ng_gltf_use_texture(l, where, &color, true, 0, GLTF_SLOT(out, specular_color));
+}
+
+float ng_gltf_texel_cutoff(const struct ng_material *m)
+{
+    return m->alpha_mode == NG_ALPHA_MASK && m->alpha > 0 ? m->alpha_cutoff / m->alpha : 0;
 }
 
 // Before KHR_materials_emissive_strength exporters wrote factors above 1.
@@ -218,6 +97,8 @@ static ng_result emission(struct gltf_loader *l, const char *where, const struct
 static ng_result make_material(struct gltf_loader *l, const char *where, const struct gltf_material *m,
                                ng_entity e)
 {
+    const struct gltf_value *glossiness =
+        ng_gltf_member(m->extensions, "KHR_materials_pbrSpecularGlossiness");
     struct ng_material out;
     memcpy(&out, ng_material_component.defaults, sizeof out);
     copy3(out.base_color, m->base_color.items);
@@ -228,13 +109,19 @@ static ng_result make_material(struct gltf_loader *l, const char *where, const s
     out.alpha_cutoff = (float)m->alpha_cutoff;
     out.normal_scale = (float)m->normal_scale;
     out.double_sided = m->double_sided;
-    NG_TRY(alpha_mode(l, where, m->alpha_mode, &out.alpha_mask));
-    NG_TRY(
-        use_texture(l, where, &m->base_color_texture, true, &out.base_color_texture, &out.base_color_uv_set));
-    NG_TRY(use_texture(l, where, &m->metallic_roughness_texture, false, &out.metallic_roughness_texture,
-                       &out.metallic_roughness_uv_set));
-    NG_TRY(use_texture(l, where, &m->normal_texture, false, &out.normal_texture, &out.normal_uv_set));
-    NG_TRY(use_texture(l, where, &m->emissive_texture, true, &out.emissive_texture, &out.emissive_uv_set));
+    out.unlit = ng_gltf_member(m->extensions, "KHR_materials_unlit") != NULL;
+    NG_TRY(alpha_mode(l, where, m->alpha_mode, &out.alpha_mode));
+    NG_TRY(ng_gltf_use_texture(l, where, &m->normal_texture, false, 0, GLTF_SLOT(&out, normal)));
+    NG_TRY(ng_gltf_use_texture(l, where, &m->emissive_texture, true, 0, GLTF_SLOT(&out, emissive)));
+    if (glossiness && !out.unlit) {
+        NG_TRY(ng_gltf_glossiness(l, where, glossiness, &out));
+    } else {
+        NG_TRY(ng_gltf_use_texture(l, where, &m->base_color_texture, true, ng_gltf_texel_cutoff(&out),
+                                   GLTF_SLOT(&out, base_color)));
+        NG_TRY(ng_gltf_use_texture(l, where, &m->metallic_roughness_texture, false, 0,
+                                   GLTF_SLOT(&out, metallic_roughness)));
+        NG_TRY(dielectric(l, where, m, &out));
+    }
     NG_TRY(ng_gltf_add(l, e, where, NG_MATERIAL, &out));
     return ng_gltf_components(l, e, where, m->extension, NULL);
 }

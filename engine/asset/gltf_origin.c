@@ -30,7 +30,7 @@ void ng_gltf_origin_destroy(struct ng_gltf_origin **origin)
     ng_array_finish(&o->pictures);
     free(o->shapes);
     free(o->first_primitive);
-    free(o->images);
+    ng_array_finish(&o->images);
     free(o->skins);
     free(o);
     *origin = NULL;
@@ -173,7 +173,7 @@ static bool keep_assets(struct gltf_loader *l, struct ng_gltf_origin *o)
             o->shapes[i] = *l->made[i];
     o->images = l->images;
     o->skins = l->skins;
-    l->images = NULL;
+    l->images = (struct gltf_images){0};
     l->skins = NULL;
     return o->first_primitive && o->shapes;
 }

@@ -52,7 +52,7 @@ struct ng_gltf_origin {
     NG_ARRAY(struct gltf_kept_picture) pictures;
     struct gltf_shape *shapes; // [primitives of all meshes]; geometry null: not loaded
     uint32_t *first_primitive; // [mesh_count]: of a mesh in `shapes`
-    ng_asset (*images)[8];     // as the loader's
+    struct gltf_images images; // as the loader's
     ng_asset *skins;           // [skin_count]
 };
 

@@ -10,42 +10,59 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CLAMP_TO_EDGE = 33071, REPEAT = 10497 };
+enum {
+    NEAREST = 9728,
+    LINEAR,
+    FIRST_OF_MIPS = 9984,
+    CLAMP_TO_EDGE = 33071,
+    MIRRORED = 33648,
+    REPEAT = 10497
+};
 
-// The document's image that an asset was loaded from, by the way it is sampled; false if it is no such image.
-static bool find_image(const struct gltf_saver *s, ng_asset asset, int *image, unsigned *way)
+// The document's image that an asset was loaded from; false if it is no such image.
+static bool find_image(const struct gltf_saver *s, ng_asset asset, int *image)
 {
-    for (uint32_t i = 0; s->origin && i < s->origin->doc->image_count; i++)
-        for (unsigned k = 0; k < 8; k++)
-            if (s->origin->images[i][k].id == asset.id) {
-                *image = (int)i;
-                *way = k;
-                return true;
-            }
+    for (size_t i = 0; s->origin && i < s->origin->images.count; i++)
+        if (s->origin->images.items[i].image.id == asset.id) {
+            *image = s->origin->images.items[i].source;
+            return true;
+        }
     return false;
 }
 
-static int wrap_mode(const cJSON *sampler, const char *key)
+static int mode_of(const cJSON *sampler, const char *key, int missing)
 {
     int mode = ng_gltf_json_index(sampler, key);
-    return mode < 0 ? REPEAT : mode;
+    return mode < 0 ? missing : mode;
 }
 
-static bool wraps_like(const struct gltf_saver *s, const cJSON *texture, bool repeat_u, bool repeat_v)
+static bool samples_like(const struct gltf_saver *s, const cJSON *texture, const struct ng_sampling *wanted)
 {
     const cJSON *sampler = ng_gltf_at(&s->w, NG_GLTF_SAMPLERS, ng_gltf_json_index(texture, "sampler"));
-    return (wrap_mode(sampler, "wrapS") != CLAMP_TO_EDGE) == repeat_u &&
-           (wrap_mode(sampler, "wrapT") != CLAMP_TO_EDGE) == repeat_v;
+    struct ng_sampling has =
+        ng_gltf_sampling(mode_of(sampler, "wrapS", REPEAT), mode_of(sampler, "wrapT", REPEAT),
+                         mode_of(sampler, "magFilter", 0), mode_of(sampler, "minFilter", 0));
+    return memcmp(&has, wanted, sizeof has) == 0; // enumerators alone: no padding
+}
+
+static int wrap_mode(enum ng_wrap wrap)
+{
+    return wrap == NG_WRAP_CLAMP ? CLAMP_TO_EDGE : wrap == NG_WRAP_MIRROR ? MIRRORED : REPEAT;
 }
 
 static int add_sampler(struct gltf_saver *s, const struct ng_image *image)
 {
+    const struct ng_sampling *how = &image->sampling;
+    int linear = how->minify == NG_FILTER_LINEAR;
+    int first = how->mips == NG_MIP_NONE      ? NEAREST
+                : how->mips == NG_MIP_NEAREST ? FIRST_OF_MIPS
+                                              : FIRST_OF_MIPS + 2;
     cJSON *sampler;
     int index = ng_gltf_append(&s->w, NG_GLTF_SAMPLERS, &sampler);
-    ng_gltf_json_number(&s->w, sampler, "magFilter", 9729);
-    ng_gltf_json_number(&s->w, sampler, "minFilter", 9987);
-    ng_gltf_json_number(&s->w, sampler, "wrapS", image->repeat_u ? REPEAT : CLAMP_TO_EDGE);
-    ng_gltf_json_number(&s->w, sampler, "wrapT", image->repeat_v ? REPEAT : CLAMP_TO_EDGE);
+    ng_gltf_json_number(&s->w, sampler, "magFilter", how->magnify == NG_FILTER_LINEAR ? LINEAR : NEAREST);
+    ng_gltf_json_number(&s->w, sampler, "minFilter", first + linear);
+    ng_gltf_json_number(&s->w, sampler, "wrapS", wrap_mode(how->wrap_u));
+    ng_gltf_json_number(&s->w, sampler, "wrapT", wrap_mode(how->wrap_v));
     return index;
 }
 
@@ -108,16 +125,15 @@ static void put_pixels(struct gltf_saver *s, cJSON *object, const struct ng_imag
 static unsigned count_ways(const struct gltf_saver *s, int image)
 {
     unsigned ways = 0;
-    for (unsigned k = 0; k < 8; k++)
-        ways += s->origin->images[image][k].id != 0;
+    for (size_t i = 0; i < s->origin->images.count; i++)
+        ways += s->origin->images.items[i].source == image;
     return ways;
 }
 
 static int find_texture(struct gltf_saver *s, ng_asset asset, const struct ng_image *image)
 {
     int source;
-    unsigned way;
-    bool from_file = find_image(s, asset, &source, &way);
+    bool from_file = find_image(s, asset, &source);
     cJSON *object;
     if (!from_file || (!ng_gltf_kept_asset(s->origin, s->assets, asset) && count_ways(s, source) > 1)) {
         source = ng_gltf_append(&s->w, NG_GLTF_IMAGES, &object);
@@ -127,8 +143,8 @@ static int find_texture(struct gltf_saver *s, ng_asset asset, const struct ng_im
     if (!ng_gltf_kept_asset(s->origin, s->assets, asset))
         put_pixels(s, ng_gltf_at(&s->w, NG_GLTF_IMAGES, source), image);
     for (uint32_t i = 0; i < s->origin->doc->texture_count; i++)
-        if (s->origin->doc->textures[i].image == source &&
-            wraps_like(s, ng_gltf_at(&s->w, NG_GLTF_TEXTURES, (int)i), image->repeat_u, image->repeat_v))
+        if ((s->origin->doc->textures[i].image == source || s->origin->doc->textures[i].webp == source) &&
+            samples_like(s, ng_gltf_at(&s->w, NG_GLTF_TEXTURES, (int)i), &image->sampling))
             return (int)i;
     return add_texture(s, source, image);
 }
@@ -150,8 +166,7 @@ void ng_gltf_save_picture(struct gltf_saver *s, cJSON *field, ng_asset asset)
 {
     const struct ng_image *image = ng_assets_image(s->assets, asset);
     int source;
-    unsigned way;
-    if (image && image->format == NG_PIXEL_RGBA32F && !find_image(s, asset, &source, &way))
+    if (image && image->format == NG_PIXEL_RGBA32F && !find_image(s, asset, &source))
         put_exr(s, field, image);
     else
         ng_gltf_json_number(&s->w, field, "texture", ng_gltf_save_texture(s, asset));

@@ -72,7 +72,7 @@ static void paint(struct ng_image *image)
 
 static ng_result make_map(struct gltf_loader *l, ng_asset *out)
 {
-    const struct ng_image_params params = {.repeat_u = true, .no_mips = true};
+    const struct ng_image_params params = {.sampling.wrap_u = NG_WRAP_REPEAT, .no_mips = true};
     struct ng_image image;
     NG_TRY(ng_gltf_budget(l, (uint64_t)WIDTH * HEIGHT * 4 * sizeof(float), "the default sky"));
     NG_TRY(ng_image_allocate("the default sky", WIDTH, HEIGHT, NG_PIXEL_RGBA32F, &params, &image));

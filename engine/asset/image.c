@@ -8,6 +8,7 @@
 #include "asset/image_internal.h"
 #include "asset/jpeg.h"
 #include "asset/png.h"
+#include "asset/webp.h"
 #include "base/log.h"
 
 #include <math.h>
@@ -93,8 +94,8 @@ ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height, e
     out->height = height;
     out->levels = 1;
     out->format = format;
-    out->repeat_u = params->repeat_u;
-    out->repeat_v = params->repeat_v;
+    out->sampling = params->sampling;
+    out->alpha_cutoff = params->alpha_cutoff;
     out->size = (size_t)size;
     return NG_OK;
 }
@@ -165,13 +166,12 @@ typedef ng_result decode_fn(const char *, const void *, size_t, const struct ng_
 
 static const struct format {
     const char *magic;
-    size_t size;
+    size_t size, skip; // `skip` bytes come before it
     decode_fn *decode;
 } formats[] = {
-    {"\x89PNG", 4, ng_png_decode},
-    {"\xff\xd8\xff", 3, ng_jpeg_decode},
-    {"\x76\x2f\x31\x01", 4, exr_decode},
-    {"#?", 2, ng_hdr_decode},
+    {"\x89PNG", 4, 0, ng_png_decode},       {"\xff\xd8\xff", 3, 0, ng_jpeg_decode},
+    {"\x76\x2f\x31\x01", 4, 0, exr_decode}, {"#?", 2, 0, ng_hdr_decode},
+    {"WEBP", 4, 8, ng_webp_decode},
 };
 
 ng_result ng_image_decode(const char *name, const void *data, size_t size,
@@ -179,9 +179,10 @@ ng_result ng_image_decode(const char *name, const void *data, size_t size,
 {
     *out = (struct ng_image){0};
     for (size_t i = 0; i < NG_COUNT(formats); i++) {
-        if (size < formats[i].size || memcmp(data, formats[i].magic, formats[i].size) != 0)
+        const struct format *f = &formats[i];
+        if (size < f->skip + f->size || memcmp((const char *)data + f->skip, f->magic, f->size) != 0)
             continue;
-        NG_TRY(formats[i].decode(name, data, size, params, out));
+        NG_TRY(f->decode(name, data, size, params, out));
         ng_result r = out->format == NG_PIXEL_RGBA32F ? check_finite(name, params, out) : NG_OK;
         if (r == NG_OK && !params->no_mips)
             r = ng_image_make_mips(out);
@@ -189,7 +190,7 @@ ng_result ng_image_decode(const char *name, const void *data, size_t size,
             ng_image_finish(out);
         return r;
     }
-    ng_log_error("%s: not a PNG, JPEG, OpenEXR or Radiance HDR picture", name);
+    ng_log_error("%s: not a PNG, JPEG, WebP, OpenEXR or Radiance HDR picture", name);
     return NG_ERROR_FORMAT;
 }
 
@@ -244,12 +245,25 @@ static unsigned char encode(const struct codes *codes, float v)
     return (unsigned char)low;
 }
 
+void ng_image_linear_values(float linear[256])
+{
+    for (int i = 0; i < 256; i++)
+        linear[i] = srgb_to_linear((float)i / 255.0f);
+}
+
+unsigned char ng_image_srgb_code(float v)
+{
+    float s = v <= 0.0031308f ? v * 12.92f : 1.055f * powf(v, 1 / 2.4f) - 0.055f;
+    return (unsigned char)(fminf(fmaxf(s, 0.0f), 1.0f) * 255.0f + 0.5f);
+}
+
 struct reduction {
     const unsigned char *from;
     unsigned char *to;
     uint32_t from_width, from_height;
     enum ng_pixel_format format;
     struct codes color, alpha;
+    float alpha_cutoff; // not 0: `from` is level 0 of a mask, of which the share that is there is kept
 };
 
 static void read_texel(const struct reduction *r, size_t index, float out[4])
@@ -287,6 +301,8 @@ static void reduce(const struct reduction *r)
             for (uint32_t j = 0; j < v.count; j++)
                 for (uint32_t i = 0; i < u.count; i++) {
                     read_texel(r, (size_t)(v.first + j) * r->from_width + u.first + i, texel);
+                    if (r->alpha_cutoff > 0)
+                        texel[3] = texel[3] >= r->alpha_cutoff ? 1.0f : 0.0f;
                     for (int c = 0; c < 4; c++)
                         sum[c] += texel[c] * v.weights[j] * u.weights[i];
                 }
@@ -303,6 +319,7 @@ void ng_image_update_mips(struct ng_image *image)
     for (uint32_t level = 1; level < image->levels; level++) {
         r.from = ng_image_level(image, level - 1, &r.from_width, &r.from_height);
         r.to = ng_image_level(image, level, NULL, NULL);
+        r.alpha_cutoff = level == 1 ? image->alpha_cutoff : 0;
         reduce(&r);
     }
 }

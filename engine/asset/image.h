@@ -1,4 +1,5 @@
-// Picture files into struct ng_image: PNG, JPEG, OpenEXR and Radiance HDR, told apart by their first bytes.
+// Picture files into struct ng_image: PNG, JPEG, WebP, OpenEXR and Radiance HDR, told apart by their first
+// bytes.
 #ifndef NG_ASSET_IMAGE_H
 #define NG_ASSET_IMAGE_H
 
@@ -10,7 +11,8 @@ NG_EXTERN_C_BEGIN
 // Zero means default.
 struct ng_image_params {
     bool srgb; // 8-bit content is colour, decoded to linear when sampled (NG_PIXEL_RGBA8_SRGB)
-    bool repeat_u, repeat_v;
+    struct ng_sampling sampling;
+    float alpha_cutoff;  // as in struct ng_image
     bool no_mips;        // level 0 alone
     uint32_t max_side;   // pixels; 16,384. Checked in the header, before anything is allocated
     uint64_t max_memory; // bytes of the decoded image with its mips; 512 MiB
@@ -19,7 +21,7 @@ struct ng_image_params {
 };
 
 // On success the caller owns `out->pixels` (malloc), or gives the struct to ng_assets_take_image.
-// `name` is for messages. EXR and HDR give NG_PIXEL_RGBA32F, PNG and JPEG 8 bits a channel.
+// `name` is for messages. EXR and HDR give NG_PIXEL_RGBA32F, the others 8 bits a channel.
 NG_NODISCARD ng_result ng_image_decode(const char *name, const void *data, size_t size,
                                        const struct ng_image_params *params, struct ng_image *out);
 void ng_image_finish(struct ng_image *image); // frees the pixels, zeroes the struct

@@ -168,7 +168,8 @@ static ng_result draw(const struct ng_pass_context *ctx)
 
     struct ng_gpu_binding font = {
         .view = ui->font->view,
-        .sampler = ng_gpu_sampler(ctx->gpu, &(struct ng_gpu_sampler_params){.filter = VK_FILTER_LINEAR}),
+        .sampler = ng_gpu_sampler(ctx->gpu, &(struct ng_gpu_sampler_params){.mag_filter = VK_FILTER_LINEAR,
+                                                                            .min_filter = VK_FILTER_LINEAR}),
     };
     NG_TRY(ng_cmd_bind(ctx->cmd, ui->pipeline, &font, 1));
     struct push push = {

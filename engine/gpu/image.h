@@ -80,9 +80,10 @@ static inline bool ng_gpu_format_is_depth(VkFormat format)
 // ---- Samplers --------------------------------------------------------------------------------------------
 
 struct ng_gpu_sampler_params {
-    VkFilter filter;                                      // 0: nearest; both magnification and minification
+    VkFilter mag_filter, min_filter;                      // 0: nearest; of magnified textures, and of others
     VkSamplerMipmapMode mip_filter;                       // 0: nearest
     VkSamplerAddressMode address_u, address_v, address_w; // 0: repeat
+    bool no_mips;                                         // level 0 alone
     bool compare;                                         // a shadow sampler (sampler2DShadow)
     VkCompareOp compare_op;
     float anisotropy;     // 0 or 1: none; clamped to what the device has

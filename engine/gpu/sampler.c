@@ -3,17 +3,18 @@
 
 static bool same_sampler(const struct ng_gpu_sampler_params *a, const struct ng_gpu_sampler_params *b)
 {
-    return a->filter == b->filter && a->mip_filter == b->mip_filter && a->address_u == b->address_u &&
-           a->address_v == b->address_v && a->address_w == b->address_w && a->compare == b->compare &&
-           a->compare_op == b->compare_op && a->anisotropy == b->anisotropy && a->border == b->border;
+    return a->mag_filter == b->mag_filter && a->min_filter == b->min_filter && a->no_mips == b->no_mips &&
+           a->mip_filter == b->mip_filter && a->address_u == b->address_u && a->address_v == b->address_v &&
+           a->address_w == b->address_w && a->compare == b->compare && a->compare_op == b->compare_op &&
+           a->anisotropy == b->anisotropy && a->border == b->border;
 }
 
 static VkSampler sampler_create(struct ng_gpu *gpu, const struct ng_gpu_sampler_params *p)
 {
     float anisotropy = p->anisotropy < gpu->max_anisotropy ? p->anisotropy : gpu->max_anisotropy;
     VkSamplerCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
-                                .magFilter = p->filter,
-                                .minFilter = p->filter,
+                                .magFilter = p->mag_filter,
+                                .minFilter = p->min_filter,
                                 .mipmapMode = p->mip_filter,
                                 .addressModeU = p->address_u,
                                 .addressModeV = p->address_v,
@@ -22,7 +23,7 @@ static VkSampler sampler_create(struct ng_gpu *gpu, const struct ng_gpu_sampler_
                                 .maxAnisotropy = anisotropy > 1 ? anisotropy : 1,
                                 .compareEnable = p->compare,
                                 .compareOp = p->compare_op,
-                                .maxLod = VK_LOD_CLAMP_NONE,
+                                .maxLod = p->no_mips ? 0.25f : VK_LOD_CLAMP_NONE,
                                 .borderColor = p->border};
     VkSampler sampler = VK_NULL_HANDLE;
     if (ng_gpu_check(gpu, NG_GPU_CREATE(gpu, vkCreateSampler(gpu->device, &info, NULL, &sampler)), "create",

@@ -26,14 +26,16 @@ NG_EXTERN_C_BEGIN
 #define NG_LIGHT_PARAMS_SIZE 64
 #define NG_PI                3.14159265358979323846f
 
-// Texels that a light emits: RGBA, row 0 at the top, borrowed. Lookups are bilinear.
+// Texels that a light emits: RGBA, row 0 at the top, borrowed. Lookups are bilinear, but for nearest ones.
+enum ng_light_wrap { NG_LIGHT_WRAP_CLAMP, NG_LIGHT_WRAP_REPEAT, NG_LIGHT_WRAP_MIRROR };
 enum ng_light_texel { NG_LIGHT_TEXEL_UNORM8, NG_LIGHT_TEXEL_SRGB8, NG_LIGHT_TEXEL_FLOAT32 };
 
 struct ng_light_image {
     uint32_t width, height; // 0: no image, white
     enum ng_light_texel format;
-    bool repeat_u, repeat_v; // else clamp to edge
-    const void *pixels;      // [height][width][4]
+    enum ng_light_wrap wrap_u, wrap_v;
+    bool nearest;
+    const void *pixels; // [height][width][4]
 };
 
 struct ng_light_type;

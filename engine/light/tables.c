@@ -93,13 +93,22 @@ float ng_light_grid_probability(const struct ng_light_grid *g, uint32_t x, uint3
 }
 
 // ---- texels ----------------------------------------------------------------------------------------------
-static uint32_t wrap(int64_t i, uint32_t size, bool repeat)
+static uint32_t wrap(int64_t i, uint32_t size, enum ng_light_wrap mode)
 {
-    if (repeat) {
-        int64_t r = i % size;
-        return (uint32_t)(r < 0 ? r + size : r);
-    }
-    return (uint32_t)(i < 0 ? 0 : i >= size ? size - 1 : i);
+    int64_t period = mode == NG_LIGHT_WRAP_MIRROR ? 2 * (int64_t)size : size;
+    if (mode == NG_LIGHT_WRAP_CLAMP)
+        return (uint32_t)(i < 0 ? 0 : i >= size ? size - 1 : i);
+    int64_t r = i % period;
+    r = r < 0 ? r + period : r;
+    return (uint32_t)(r < size ? r : period - 1 - r);
+}
+
+// A coordinate within the picture (or it and its mirror image), so that large ones keep their fraction.
+static float wrap_coordinate(float t, enum ng_light_wrap mode)
+{
+    if (mode == NG_LIGHT_WRAP_CLAMP)
+        return fminf(fmaxf(t, 0.0f), 1.0f);
+    return mode == NG_LIGHT_WRAP_MIRROR ? 2 * (t * 0.5f - floorf(t * 0.5f)) : t - floorf(t);
 }
 
 static void fetch(const struct ng_light_tables *t, const struct ng_light_image *image, uint32_t x, uint32_t y,
@@ -125,17 +134,19 @@ void ng_light_texel(const struct ng_light_tables *t, const struct ng_light_image
     rgb[0] = rgb[1] = rgb[2] = 1;
     if (!image->width || !image->height || !isfinite(u) || !isfinite(v))
         return;
-    // Wrapped first, so that large coordinates keep their fraction.
-    u = image->repeat_u ? u - floorf(u) : fminf(fmaxf(u, 0.0f), 1.0f);
-    v = image->repeat_v ? v - floorf(v) : fminf(fmaxf(v, 0.0f), 1.0f);
-    float x = u * (float)image->width - 0.5f, y = v * (float)image->height - 0.5f;
+    float x = wrap_coordinate(u, image->wrap_u) * (float)image->width - 0.5f;
+    float y = wrap_coordinate(v, image->wrap_v) * (float)image->height - 0.5f;
     float x0 = floorf(x), y0 = floorf(y), fx = x - x0, fy = y - y0;
+    if (image->nearest) {
+        fx = fx < 0.5f ? 0.0f : 1.0f;
+        fy = fy < 0.5f ? 0.0f : 1.0f;
+    }
     float sum[3] = {0};
     for (int j = 0; j < 2; j++)
         for (int i = 0; i < 2; i++) {
             float texel[3], weight = (i ? fx : 1 - fx) * (j ? fy : 1 - fy);
-            fetch(t, image, wrap((int64_t)x0 + i, image->width, image->repeat_u),
-                  wrap((int64_t)y0 + j, image->height, image->repeat_v), texel);
+            fetch(t, image, wrap((int64_t)x0 + i, image->width, image->wrap_u),
+                  wrap((int64_t)y0 + j, image->height, image->wrap_v), texel);
             ng_light_mad(sum, texel, weight, sum);
         }
     memcpy(rgb, sum, sizeof sum);
@@ -145,12 +156,12 @@ void ng_light_texel(const struct ng_light_tables *t, const struct ng_light_image
 static void blur_row(const struct ng_light_tables *t, const struct ng_light_image *image, int64_t y,
                      float *out)
 {
-    uint32_t row = wrap(y, image->height, image->repeat_v);
+    uint32_t row = wrap(y, image->height, image->wrap_v);
     float before[3], here[3], after[3];
-    fetch(t, image, wrap(-1, image->width, image->repeat_u), row, before);
+    fetch(t, image, wrap(-1, image->width, image->wrap_u), row, before);
     fetch(t, image, 0, row, here);
     for (uint32_t x = 0; x < image->width; x++) {
-        fetch(t, image, wrap((int64_t)x + 1, image->width, image->repeat_u), row, after);
+        fetch(t, image, wrap((int64_t)x + 1, image->width, image->wrap_u), row, after);
         for (int i = 0; i < 3; i++) {
             out[x * 3 + (uint32_t)i] = (before[i] + 6 * here[i] + after[i]) / 8;
             before[i] = here[i];

@@ -194,7 +194,7 @@ struct tonemap_data {
     const struct ng_display *self;
     struct ng_scene_gpu *scene;
     struct side left, right;
-    struct ng_graph_ref position; // zero: no background is shown
+    struct ng_graph_ref position; // zero: neither a background nor what is unlit is shown
     struct ng_graph_ref exposure; // zero: the number, not what a meter found
     float fixed_exposure;
     struct ng_display_data shown;
@@ -248,12 +248,13 @@ static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struc
     const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
     const struct ng_snapshot_camera *camera = &frame->snapshot->camera;
     const float *background = camera->background;
-    bool shows_background = background[0] > 0 || background[1] > 0 || background[2] > 0;
+    bool looks =
+        background[0] > 0 || background[1] > 0 || background[2] > 0 || ng_snapshot_has_unlit(frame->snapshot);
     struct tonemap_data data = {.self = self,
                                 .scene = frame->scene,
                                 .left = *left,
                                 .right = *right,
-                                .position = shows_background ? gbuffer->position : (struct ng_graph_ref){0},
+                                .position = looks ? gbuffer->position : (struct ng_graph_ref){0},
                                 .exposure = exposure,
                                 .fixed_exposure = camera->exposure,
                                 .shown = {.encoding = left->encoding,

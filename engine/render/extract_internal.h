@@ -98,13 +98,11 @@ struct ng_light_slot {
     float power;
 };
 
-enum { NG_MATERIAL_IMAGES = 4 }; // the last is what is emitted
-
 struct ng_material_record {
-    ng_entity entity;                    // null: the default material
-    struct ng_material value;            // textures that are missing are null
-    uint64_t images[NG_MATERIAL_IMAGES]; // revisions of their contents
-    uint64_t reflection, emission;       // revisions: equal ones, of any records, mean that it looks the same
+    ng_entity entity;                  // null: the default material
+    struct ng_material value;          // textures that are missing are null
+    uint64_t images[NG_TEXTURE_COUNT]; // revisions of their contents
+    uint64_t reflection, emission;     // revisions: equal ones, of any records, mean that it looks the same
 };
 
 // Numbers that move when entities come and go, or change what they have.
@@ -188,7 +186,11 @@ uint32_t ng_extract_material_index(const struct ng_extractor *x, ng_entity mater
 NG_NODISCARD ng_result ng_extract_write_materials(struct ng_extractor *x);
 // True where the difference can be seen in how a surface reflects: everything but its emission.
 bool ng_extract_reflects_differently(const struct ng_material *a, const struct ng_material *b);
-// Radiance before the texture.
+// Fills in where a transform puts texture coordinates.
+void ng_extract_coordinates(const struct ng_texture_transform *transform, struct ng_snapshot_texture *out);
+// Whether light passes a surface of this material: it has holes, or covers a part only.
+bool ng_extract_lets_through(const struct ng_material *m);
+// Radiance before the texture; none of what is unlit.
 void ng_extract_emission(const struct ng_material *m, float out[3]);
 
 // ---- extract_pieces.c ------------------------------------------------------------------------------------

@@ -131,13 +131,17 @@ static struct ng_light_image light_image(const struct ng_image *image)
     static const enum ng_light_texel formats[] = {[NG_PIXEL_RGBA8] = NG_LIGHT_TEXEL_UNORM8,
                                                   [NG_PIXEL_RGBA8_SRGB] = NG_LIGHT_TEXEL_SRGB8,
                                                   [NG_PIXEL_RGBA32F] = NG_LIGHT_TEXEL_FLOAT32};
+    static const enum ng_light_wrap wraps[] = {[NG_WRAP_CLAMP] = NG_LIGHT_WRAP_CLAMP,
+                                               [NG_WRAP_REPEAT] = NG_LIGHT_WRAP_REPEAT,
+                                               [NG_WRAP_MIRROR] = NG_LIGHT_WRAP_MIRROR};
     if (!image)
         return (struct ng_light_image){0};
     return (struct ng_light_image){.width = image->width,
                                    .height = image->height,
                                    .format = formats[image->format],
-                                   .repeat_u = image->repeat_u,
-                                   .repeat_v = image->repeat_v,
+                                   .wrap_u = wraps[image->sampling.wrap_u],
+                                   .wrap_v = wraps[image->sampling.wrap_v],
+                                   .nearest = image->sampling.magnify == NG_FILTER_NEAREST,
                                    .pixels = image->pixels};
 }
 
@@ -147,8 +151,9 @@ static void to_world(const float rows[12], const float p[3], float out[3])
         out[i] = rows[i * 4] * p[0] + rows[i * 4 + 1] * p[1] + rows[i * 4 + 2] * p[2] + rows[i * 4 + 3];
 }
 
-// Adds an emitter's triangles in world space. Those that are mirrored where the light is not are turned
-// around: their second and third corners change places.
+// Adds an emitter's triangles in world space; their texture coordinates are those on the emissive texture.
+// Those that are mirrored where the light is not are turned around: their second and third corners change
+// places.
 static ng_result add_triangles(struct ng_light_slot *slot, struct ng_snapshot_instance *instance,
                                const struct ng_snapshot_mesh *mesh)
 {
@@ -156,13 +161,15 @@ static ng_result add_triangles(struct ng_light_slot *slot, struct ng_snapshot_in
     const float *uvs = slot->material.emissive_uv_set && mesh->uvs1 ? mesh->uvs1 : mesh->uvs;
     size_t first = (size_t)slot->source.triangle_count * 3, count = mesh->index_count;
     bool turn = (instance->flags & NG_INSTANCE_MIRRORED) && !slot->source.mirrored;
+    struct ng_snapshot_texture texture = {0};
+    ng_extract_coordinates(&slot->material.emissive_transform, &texture);
     if (first + count > UINT32_MAX || !ng_array_resize(&slot->triangles, (first + count) * 3) ||
         !ng_array_resize(&slot->uvs, (first + count) * 2))
         return ng_out_of_memory("the frame's scene");
     for (size_t i = 0; i < count; i++) {
         size_t vertex = mesh->indices[turn ? i - i % 3 + turned[i % 3] : i];
         to_world(instance->matrix, mesh->positions + vertex * 3, slot->triangles.items + (first + i) * 3);
-        memcpy(slot->uvs.items + (first + i) * 2, uvs + vertex * 2, 2 * sizeof(float));
+        ng_snapshot_texture_uv(&texture, uvs + vertex * 2, slot->uvs.items + (first + i) * 2);
     }
     instance->light_triangle = slot->source.triangle_count;
     slot->source.triangle_count += mesh->index_count / 3;
@@ -176,13 +183,16 @@ static void read_emission(struct ng_light_slot *slot, const struct ng_material *
                           bool *prepare)
 {
     struct ng_light_source *s = &slot->source;
-    ng_extract_emission(m, s->emission);
     *prepare |= s->double_sided != m->double_sided;
     s->double_sided = m->double_sided;
     *image = m->emissive_texture;
-    if (slot->material.emissive_uv_set != m->emissive_uv_set)
+    if (slot->material.emissive_uv_set != m->emissive_uv_set ||
+        !ng_extract_same(&slot->material.emissive_transform, &m->emissive_transform,
+                         sizeof m->emissive_transform))
         slot->piece_version = slot->looked = 0; // triangles are read again
     slot->material = *m;
+    slot->material.unlit = false; // what is a light has a part in light
+    ng_extract_emission(&slot->material, s->emission);
 }
 
 bool ng_extract_lights_material(const struct ng_extractor *x, ng_entity light)
@@ -295,8 +305,8 @@ static ng_result update_surface(struct ng_extractor *x, struct ng_light_slot *sl
     struct ng_light_surface surface = {0};
     struct ng_material before = slot->material;
     type->surface(&slot->source, &surface);
-    slot->material = (struct ng_material){
-        .roughness = 1, .normal_scale = 1, .alpha = 1, .alpha_cutoff = 0.5f, .emissive_texture = slot->image};
+    memcpy(&slot->material, ng_material_component.defaults, sizeof slot->material);
+    slot->material.emissive_texture = slot->image;
     memcpy(slot->material.base_color, surface.albedo, sizeof surface.albedo);
     struct ng_snapshot_instance *instance = &x->instances.items[slot->instance];
     float rows[12];

@@ -2,18 +2,19 @@
 // the snapshot those of emitters follow. Images are listed as materials and lights ask for them.
 #include "base/log.h"
 #include "render/extract_internal.h"
-#include "shaders/shared/scene.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 // glTF 2.0, 3.9: what a primitive without a material looks like.
-static const struct ng_material default_material = {.base_color = {1, 1, 1},
-                                                    .metallic = 1,
-                                                    .roughness = 1,
-                                                    .normal_scale = 1,
-                                                    .alpha = 1,
-                                                    .alpha_cutoff = 0.5f};
+static struct ng_material default_material(void)
+{
+    struct ng_material m;
+    memcpy(&m, ng_material_component.defaults, sizeof m);
+    m.metallic = 1;
+    return m;
+}
 
 static int compare_records(const void *a, const void *b)
 {
@@ -25,7 +26,7 @@ static int compare_records(const void *a, const void *b)
 static ng_result collect_records(struct ng_extractor *x)
 {
     x->records.count = 0;
-    if (!ng_array_push(&x->records, (struct ng_material_record){.value = default_material}))
+    if (!ng_array_push(&x->records, (struct ng_material_record){.value = default_material()}))
         return ng_out_of_memory("the frame's scene");
     ng_query_each (it, x->materials) {
         const struct ng_material *values = it.columns[0];
@@ -45,16 +46,36 @@ static ng_result collect_records(struct ng_extractor *x)
 
 bool ng_extract_reflects_differently(const struct ng_material *a, const struct ng_material *b)
 {
-    return DIFFERS(base_color) || DIFFERS(metallic) || DIFFERS(roughness) || DIFFERS(normal_scale) ||
-           DIFFERS(alpha) || DIFFERS(alpha_cutoff) || DIFFERS(alpha_mask) || DIFFERS(double_sided) ||
-           DIFFERS(base_color_texture) || DIFFERS(metallic_roughness_texture) || DIFFERS(normal_texture) ||
-           DIFFERS(base_color_uv_set) || DIFFERS(metallic_roughness_uv_set) || DIFFERS(normal_uv_set);
+    for (uint32_t i = 0; i < ng_material_component.field_count; i++) {
+        const struct ng_field *f = &ng_material_component.fields[i];
+        const char *of_a = (const char *)a + f->offset, *of_b = (const char *)b + f->offset;
+        if (strncmp(f->name, "emissive", 8) != 0 && !ng_extract_same(of_a, of_b, ng_field_size(f->type)))
+            return true;
+    }
+    return false;
+}
+
+bool ng_extract_lets_through(const struct ng_material *m)
+{
+    bool whole =
+        m->alpha >= 1 && !m->base_color_texture.id; // as exporters write that blend whatever they have
+    return m->alpha_mode == NG_ALPHA_MASK || (m->alpha_mode == NG_ALPHA_BLEND && !whole);
 }
 
 void ng_extract_emission(const struct ng_material *m, float out[3])
 {
     for (int i = 0; i < 3; i++)
-        out[i] = m->emissive[i] * m->emissive_strength;
+        out[i] = m->unlit ? 0 : m->emissive[i] * m->emissive_strength;
+}
+
+void ng_extract_coordinates(const struct ng_texture_transform *t, struct ng_snapshot_texture *out)
+{
+    float c = cosf(t->rotation), s = sinf(t->rotation);
+    const float coordinates[6] = {c * t->scale[0],  s * t->scale[1], t->offset[0],
+                                  -s * t->scale[0], c * t->scale[1], t->offset[1]};
+    static const struct ng_texture_transform identity = {.scale = {1, 1}};
+    memcpy(out->coordinates, coordinates, sizeof coordinates);
+    out->transformed = !ng_extract_same(t, &identity, sizeof identity);
 }
 
 static bool emits_differently(const struct ng_material *a, const struct ng_material *b)
@@ -62,26 +83,31 @@ static bool emits_differently(const struct ng_material *a, const struct ng_mater
     float of_a[3], of_b[3];
     ng_extract_emission(a, of_a);
     ng_extract_emission(b, of_b);
-    return !ng_extract_same(of_a, of_b, sizeof of_a) || DIFFERS(emissive_texture) || DIFFERS(emissive_uv_set);
+    return !ng_extract_same(of_a, of_b, sizeof of_a) || DIFFERS(emissive_texture) ||
+           DIFFERS(emissive_uv_set) || DIFFERS(emissive_transform);
 }
 #undef DIFFERS
 
 // What a record is from now on; its revisions move on where that looks different.
 static void take_value(struct ng_extractor *x, struct ng_material_record *record, struct ng_material value)
 {
-    ng_asset *textures[NG_MATERIAL_IMAGES] = {&value.base_color_texture, &value.metallic_roughness_texture,
-                                              &value.normal_texture, &value.emissive_texture};
-    uint64_t images[NG_MATERIAL_IMAGES];
-    for (size_t i = 0; i < NG_MATERIAL_IMAGES; i++) {
+    ng_asset *const textures[NG_TEXTURE_COUNT] = {
+        &value.base_color_texture, &value.metallic_roughness_texture, &value.normal_texture,
+        &value.emissive_texture,   &value.specular_texture,           &value.specular_color_texture};
+    uint64_t images[NG_TEXTURE_COUNT];
+    bool other_images = false;
+    for (size_t i = 0; i < NG_TEXTURE_COUNT; i++) {
         if (!ng_assets_image(x->assets, *textures[i]))
             *textures[i] = (ng_asset){0};
         images[i] = ng_assets_revision(x->assets, *textures[i]).content;
+        other_images |= i != NG_TEXTURE_EMISSIVE && images[i] != record->images[i];
     }
-    const size_t emitted = NG_MATERIAL_IMAGES - 1;
-    bool reflects = !record->reflection || ng_extract_reflects_differently(&record->value, &value) ||
-                    !ng_extract_same(record->images, images, emitted * sizeof *images);
+    if (!ng_extract_lets_through(&value))
+        value.alpha_mode = NG_ALPHA_OPAQUE;
+    bool reflects =
+        !record->reflection || ng_extract_reflects_differently(&record->value, &value) || other_images;
     bool emits = !record->emission || emits_differently(&record->value, &value) ||
-                 record->images[emitted] != images[emitted];
+                 record->images[NG_TEXTURE_EMISSIVE] != images[NG_TEXTURE_EMISSIVE];
     memcpy(record->images, images, sizeof images);
     if (reflects)
         record->reflection = ++x->clock;
@@ -171,18 +197,26 @@ static ng_result write_material(struct ng_extractor *x, ng_entity e, const struc
         .normal_scale = m->normal_scale,
         .alpha = m->alpha,
         .alpha_cutoff = m->alpha_cutoff,
+        .specular = m->specular,
+        .alpha_mode = m->alpha_mode,
         .double_sided = m->double_sided,
-        .alpha_mask = m->alpha_mask,
-        .second_uvs = m->base_color_uv_set << NG_SLOT_BASE_COLOR |
-                      m->metallic_roughness_uv_set << NG_SLOT_METALLIC_ROUGHNESS |
-                      m->normal_uv_set << NG_SLOT_NORMAL | m->emissive_uv_set << NG_SLOT_EMISSIVE,
+        .unlit = m->unlit,
     };
+    // In doubles: the usual index of 1.5 gives the float that is nearest to 0.04.
+    double ratio = ((double)m->ior - 1) / ((double)m->ior + 1);
     memcpy(out.base_color, m->base_color, sizeof out.base_color);
     ng_extract_emission(m, out.emission);
-    NG_TRY(image_index(x, m->base_color_texture, &out.base_color_image));
-    NG_TRY(image_index(x, m->metallic_roughness_texture, &out.metallic_roughness_image));
-    NG_TRY(image_index(x, m->normal_texture, &out.normal_image));
-    NG_TRY(image_index(x, m->emissive_texture, &out.emissive_image));
+    for (int i = 0; i < 3; i++) {
+        out.specular_color[i] = (float)(ratio * ratio) * m->specular_color[i];
+        if (m->unlit)
+            out.emission[i] = m->base_color[i];
+    }
+    for (int i = 0; i < NG_TEXTURE_COUNT; i++) {
+        struct ng_material_texture_use use = ng_material_texture_of(m, i);
+        NG_TRY(image_index(x, use.image, &out.textures[i].image));
+        out.textures[i].uv_set = use.uv_set;
+        ng_extract_coordinates(&use.transform, &out.textures[i]);
+    }
     return ng_array_push(&x->material_array, out) ? NG_OK : ng_out_of_memory("the frame's scene");
 }
 

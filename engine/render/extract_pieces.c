@@ -172,7 +172,9 @@ static uint32_t shown_material(const struct ng_extractor *x, const struct ng_pie
 static void warn_emission(struct ng_extractor *x, const struct ng_piece *piece, const struct ng_material *m)
 {
     char name[NG_TEXT_SIZE];
-    bool emits = m->emissive_strength > 0 && (m->emissive[0] > 0 || m->emissive[1] > 0 || m->emissive[2] > 0);
+    float emission[3];
+    ng_extract_emission(m, emission);
+    bool emits = emission[0] > 0 || emission[1] > 0 || emission[2] > 0;
     if (emits && ng_extract_warn_once(x, piece->entity, NG_WARN_EMISSION))
         ng_log_warn(
             "mesh '%s' emits but is no light: only the reference sees its light; give it a light_mesh",
@@ -193,7 +195,7 @@ static bool show_material(struct ng_extractor *x, uint32_t index)
     piece->reflection = record->reflection;
     piece->emission = emission;
     set_flag(instance, NG_INSTANCE_DOUBLE_SIDED, record->value.double_sided);
-    set_flag(instance, NG_INSTANCE_MASKED, record->value.alpha_mask);
+    set_flag(instance, NG_INSTANCE_MASKED, ng_extract_lets_through(&record->value));
     return reflects;
 }
 

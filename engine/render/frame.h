@@ -47,9 +47,10 @@ static inline bool ng_frame_wants(const struct ng_frame_info *frame, const char 
            (frame->other_method && strcmp(frame->other_method, method) == 0);
 }
 
-// All of the picture's size. "Surface" pixels have position.w = 1, others 0 throughout except emission.
+// All of the picture's size. "Surface" pixels have position.w = 1, or -1 where
+// it reflects nothing and is what it emits; others 0 throughout except emission.
 struct ng_gbuffer {
-    struct ng_graph_ref position; // RGBA32F: world space, metres; w: 1 where there is a surface
+    struct ng_graph_ref position; // RGBA32F: world space, metres; w: as above
     struct ng_graph_ref normal;   // RGBA16F: shading normal, world; w: roughness
     struct ng_graph_ref diffuse;  // RGBA16F: diffuse albedo; w: x of the octahedral geometric normal
     struct ng_graph_ref specular; // RGBA16F: F0; w: y of the octahedral geometric normal
@@ -70,11 +71,10 @@ struct ng_light_maps {
     uint32_t depth_views, rsm_views; // layers of the two; they differ for cascaded lights only
     uint32_t face_size;              // of the depth map, texels
     struct ng_graph_ref depth;       // D32F array [depth_views]: reverse-Z of the view
-    struct ng_graph_ref
-        position; // RGBA32F array [rsm_views], NG_RSM_SIZE: world; w: 1 where there is a surface
-    struct ng_graph_ref normal;     // RGBA16F, the same: shading normal towards the light
-    struct ng_graph_ref flux;       // RGBA32F, the same: reflected flux, W
-    const struct ng_light_gpu *gpu; // light_gpu.h: what shaders need of the light
+    struct ng_graph_ref position;    // RGBA32F array [rsm_views], NG_RSM_SIZE: world; w: as above
+    struct ng_graph_ref normal;      // RGBA16F, the same: shading normal towards the light
+    struct ng_graph_ref flux;        // RGBA32F, the same: reflected flux, W
+    const struct ng_light_gpu *gpu;  // light_gpu.h: what shaders need of the light
 };
 extern const struct ng_item_type ng_light_maps_item;
 

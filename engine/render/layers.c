@@ -154,7 +154,7 @@ static void convert_texel(const struct conversion *c, uint32_t x, uint32_t y, fl
         float z = c->camera->view[14];
         for (int i = 0; i < 3; i++)
             z += c->camera->view[i * 4 + 2] * out[i];
-        out[0] = out[3] > 0 ? -z : 0;
+        out[0] = out[3] > 0 || out[3] < 0 ? -z : 0;
         break;
     }
     case SOURCE_RATIO: {

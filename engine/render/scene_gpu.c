@@ -87,9 +87,10 @@ static bool has_moved(const struct ng_snapshot_instance *i)
 static enum kind kind_of(const struct ng_scene_gpu *s, const struct ng_snapshot_instance *i)
 {
     const struct ng_snapshot_mesh *mesh = &s->snapshot->meshes[i->mesh];
-    if (mesh->colors || (mesh->uvs1 && s->snapshot->materials[i->material].second_uvs))
+    const struct ng_snapshot_material *material = &s->snapshot->materials[i->material];
+    if (mesh->colors || ng_material_chooses_uvs(material, mesh->uvs1))
         return KIND_FULL;
-    if (ng_material_is_textured(&s->snapshot->materials[i->material]))
+    if (ng_material_is_textured(material))
         return KIND_TEXTURED;
     return mesh->dynamic || has_moved(i) ? KIND_MOVING : KIND_PLAIN;
 }
@@ -99,7 +100,8 @@ static struct draw_key draw_key(const struct ng_scene_gpu *s, uint32_t index)
     const struct ng_snapshot_instance *instance = &s->snapshot->instances[index];
     const struct ng_snapshot_material *m = &s->snapshot->materials[instance->material];
     enum kind kind = kind_of(s, instance);
-    uint64_t full = kind == KIND_FULL, textured = full || kind == KIND_TEXTURED, masked = m->alpha_mask;
+    uint64_t full = kind == KIND_FULL, textured = full || kind == KIND_TEXTURED;
+    uint64_t masked = m->alpha_mode != NG_ALPHA_OPAQUE;
     uint64_t facing = instance->flags & (NG_INSTANCE_DOUBLE_SIDED | NG_INSTANCE_MIRRORED);
     return (struct draw_key){.sort =
                                  full << 63 | textured << 62 | masked << 61 | facing << 32 | instance->mesh,
@@ -204,14 +206,26 @@ static struct ng_instance_data instance_data(const struct ng_snapshot_instance *
 
 static struct ng_material_data material_data(const struct ng_snapshot_material *m)
 {
+    const struct ng_snapshot_texture *textures = m->textures;
+    bool specular_maps = textures[NG_TEXTURE_SPECULAR].image != NG_NONE ||
+                         textures[NG_TEXTURE_SPECULAR_COLOR].image != NG_NONE;
     struct ng_material_data d = {.metallic = m->metallic,
                                  .roughness = m->roughness,
                                  .normal_scale = m->normal_scale,
                                  .alpha = m->alpha,
-                                 .alpha_cutoff = m->alpha_mask ? m->alpha_cutoff : 0,
-                                 .flags = (m->double_sided ? NG_MATERIAL_DOUBLE_SIDED : 0u) |
-                                          m->second_uvs * NG_MATERIAL_SECOND_UVS |
-                                          (m->normal_image != NG_NONE ? NG_MATERIAL_NORMAL_MAP : 0u)};
+                                 .alpha_cutoff = m->alpha_cutoff,
+                                 .specular = m->specular};
+    d.flags = (m->double_sided ? NG_MATERIAL_DOUBLE_SIDED : 0u) |
+              (textures[NG_TEXTURE_NORMAL].image != NG_NONE ? NG_MATERIAL_NORMAL_MAP : 0u) |
+              (specular_maps ? NG_MATERIAL_SPECULAR_MAPS : 0u) | (m->unlit ? NG_MATERIAL_UNLIT : 0u) |
+              (m->alpha_mode == NG_ALPHA_MASK ? NG_MATERIAL_MASK : 0u) |
+              (m->alpha_mode == NG_ALPHA_BLEND ? NG_MATERIAL_BLEND : 0u);
+    for (int i = 0; i < NG_TEXTURE_COUNT; i++) {
+        d.flags |= textures[i].transformed ? NG_MATERIAL_MOVES_UV : 0u;
+        d.flags |= (textures[i].uv_set ? 1u : 0u) * NG_MATERIAL_SECOND_UVS << i;
+        memcpy(d.uv_rows[2 * i], textures[i].coordinates, sizeof textures[i].coordinates);
+    }
+    memcpy(d.specular_color, m->specular_color, sizeof d.specular_color);
     memcpy(d.base_color, m->base_color, sizeof d.base_color);
     memcpy(d.emission, m->emission, sizeof d.emission);
     return d;
@@ -359,7 +373,7 @@ static ng_result draw_run(struct draw_state *d, const struct run *r)
     const struct ng_snapshot_mesh *mesh = &s->snapshot->meshes[r->instance->mesh];
     const struct ng_snapshot_material *material = &s->snapshot->materials[r->instance->material];
     bool full = r->key->kind == KIND_FULL && p->full.pipeline;
-    bool textured = p->depth_only ? material->alpha_mask : r->key->kind >= KIND_TEXTURED;
+    bool textured = p->depth_only ? material->alpha_mode != NG_ALPHA_OPAQUE : r->key->kind >= KIND_TEXTURED;
     bool moving = r->key->kind == KIND_MOVING && p->moving.pipeline;
     const struct ng_draw_pipeline *use = !textured ? (moving ? &p->moving : &p->plain)
                                          : full    ? &p->full

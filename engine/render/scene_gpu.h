@@ -38,9 +38,11 @@ enum ng_vertex_streams {
 };
 // Fills the vertex input of `params` for these streams; the arrays are static.
 void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_graphics_params *params);
-// Slots of set 1, a material's textures (base colour, metallic-roughness, normal, emissive): append these to
-// the slots of a pipeline for NG_STREAMS_*_TEXTURED or masked materials.
-#define NG_MATERIAL_SLOTS NG_MATERIAL_SLOT(0), NG_MATERIAL_SLOT(1), NG_MATERIAL_SLOT(2), NG_MATERIAL_SLOT(3)
+// Slots of set 1, a material's textures (enum ng_material_texture): append these to the slots of a pipeline
+// for NG_STREAMS_*_TEXTURED or masked materials.
+#define NG_MATERIAL_SLOTS                                                                                    \
+    NG_MATERIAL_SLOT(0), NG_MATERIAL_SLOT(1), NG_MATERIAL_SLOT(2), NG_MATERIAL_SLOT(3), NG_MATERIAL_SLOT(4), \
+        NG_MATERIAL_SLOT(5)
 #define NG_MATERIAL_SLOT(n)                                                                                  \
     {                                                                                                        \
         .set = 1, .binding = (n), .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,                         \

@@ -88,6 +88,8 @@ struct ng_gpu_binding ng_texture_cache_image(const struct ng_texture_cache *c, u
 // How an image is sampled; null on failure (logged).
 VkSampler ng_texture_cache_sampler(struct ng_gpu *gpu, const struct ng_image *image, float anisotropy);
 bool ng_material_is_textured(const struct ng_snapshot_material *m);
+// Whether some texture is not looked up where the mesh's first texture coordinates say.
+bool ng_material_chooses_uvs(const struct ng_snapshot_material *m, bool mesh_has_second);
 // Hash of the images of a material; never 0.
 uint64_t ng_texture_cache_group_key(const struct ng_texture_cache *c, const struct ng_snapshot_material *m);
 // The bind group of a material's textures, made when a draw first needs it.

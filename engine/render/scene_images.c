@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#define TEXTURES   4    // of a material
+#define TEXTURES   NG_TEXTURE_COUNT
 #define ANISOTROPY 8.0f // of textures on surfaces, where the device draws them well with it
 
 static ng_result make_texel(struct ng_gpu *gpu, const char *name, uint32_t rgba, struct ng_gpu_image **out)
@@ -48,18 +48,32 @@ static ng_result make_image(struct ng_gpu *gpu, const struct ng_image *image, st
                                out);
 }
 
-static VkSamplerAddressMode address_mode(bool repeat)
+static VkSamplerAddressMode address_mode(enum ng_wrap wrap)
 {
-    return repeat ? VK_SAMPLER_ADDRESS_MODE_REPEAT : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+    static const VkSamplerAddressMode modes[] = {[NG_WRAP_CLAMP] = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
+                                                 [NG_WRAP_REPEAT] = VK_SAMPLER_ADDRESS_MODE_REPEAT,
+                                                 [NG_WRAP_MIRROR] = VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT};
+    return modes[wrap];
+}
+
+static VkFilter filter_of(enum ng_filter filter)
+{
+    return filter == NG_FILTER_NEAREST ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
 }
 
 VkSampler ng_texture_cache_sampler(struct ng_gpu *gpu, const struct ng_image *image, float anisotropy)
 {
-    return ng_gpu_sampler(gpu, &(struct ng_gpu_sampler_params){.filter = VK_FILTER_LINEAR,
-                                                               .mip_filter = VK_SAMPLER_MIPMAP_MODE_LINEAR,
-                                                               .address_u = address_mode(image->repeat_u),
-                                                               .address_v = address_mode(image->repeat_v),
-                                                               .anisotropy = anisotropy});
+    const struct ng_sampling *s = &image->sampling;
+    bool smooth = s->magnify == NG_FILTER_LINEAR && s->minify == NG_FILTER_LINEAR && s->mips == NG_MIP_LINEAR;
+    return ng_gpu_sampler(gpu, &(struct ng_gpu_sampler_params){
+                                   .mag_filter = filter_of(s->magnify),
+                                   .min_filter = filter_of(s->minify),
+                                   .mip_filter = s->mips == NG_MIP_LINEAR ? VK_SAMPLER_MIPMAP_MODE_LINEAR
+                                                                          : VK_SAMPLER_MIPMAP_MODE_NEAREST,
+                                   .no_mips = s->mips == NG_MIP_NONE,
+                                   .address_u = address_mode(s->wrap_u),
+                                   .address_v = address_mode(s->wrap_v),
+                                   .anisotropy = smooth ? anisotropy : 0});
 }
 
 static void drop_groups(struct ng_texture_cache *c, uint64_t oldest)
@@ -161,9 +175,8 @@ struct ng_gpu_binding ng_texture_cache_image(const struct ng_texture_cache *c, u
 
 static void material_images(const struct ng_snapshot_material *m, uint32_t out[TEXTURES])
 {
-    const uint32_t images[TEXTURES] = {m->base_color_image, m->metallic_roughness_image, m->normal_image,
-                                       m->emissive_image};
-    memcpy(out, images, sizeof images);
+    for (int i = 0; i < TEXTURES; i++)
+        out[i] = m->textures[i].image;
 }
 
 bool ng_material_is_textured(const struct ng_snapshot_material *m)
@@ -173,7 +186,16 @@ bool ng_material_is_textured(const struct ng_snapshot_material *m)
     for (int i = 0; i < TEXTURES; i++)
         if (images[i] != NG_NONE)
             return true;
-    return m->alpha_mask;
+    return m->alpha_mode != NG_ALPHA_OPAQUE;
+}
+
+bool ng_material_chooses_uvs(const struct ng_snapshot_material *m, bool second)
+{
+    for (int i = 0; i < TEXTURES; i++)
+        if (m->textures[i].image != NG_NONE &&
+            (m->textures[i].transformed || (second && m->textures[i].uv_set)))
+            return true;
+    return false;
 }
 
 uint64_t ng_texture_cache_group_key(const struct ng_texture_cache *c, const struct ng_snapshot_material *m)

@@ -99,7 +99,7 @@ static uint64_t stream_bytes(const struct ng_snapshot_mesh *m, enum ng_mesh_stre
     if ((stream == NG_STREAM_PREVIOUS && !m->dynamic) || (stream == NG_STREAM_UV1 && !m->uvs1))
         return 0;
     if (stream == NG_STREAM_COLOR && !m->colors)
-        return m->uvs1 ? per_vertex[stream] : 0;
+        return per_vertex[stream]; // white
     return stream == NG_STREAM_INDEX ? 4ull * m->index_count : per_vertex[stream] * m->vertex_count;
 }
 

@@ -7,6 +7,7 @@
 #ifndef NG_RENDER_SNAPSHOT_H
 #define NG_RENDER_SNAPSHOT_H
 
+#include "components/material.h"
 #include "light/light.h"
 #include "scene/entity.h"
 
@@ -42,7 +43,7 @@ struct ng_snapshot_mesh {
 enum {
     NG_INSTANCE_DOUBLE_SIDED = 1,
     NG_INSTANCE_MIRRORED = 2, // negative determinant: front faces are clockwise
-    NG_INSTANCE_MASKED = 4,   // alpha mask
+    NG_INSTANCE_MASKED = 4,   // holes: its material's alpha is a mask, or blends
     NG_INSTANCE_MOVED = 8,    // its version differs from the last extraction's, or it is new
     NG_INSTANCE_LAMP = 16,    // the surface of a light that reflects nothing and is small in the scene
 };
@@ -70,15 +71,41 @@ struct ng_snapshot_image {
     const struct ng_image *image;
 };
 
+struct ng_snapshot_texture {
+    uint32_t image;       // index of a snapshot image, or NG_NONE
+    uint32_t uv_set;      // 1: it uses `uvs1`
+    bool transformed;     // else `coordinates` is the identity
+    float coordinates[6]; // 2x3 row-major: the mesh's texture coordinates to the image's
+};
+
+// Of a material without textures.
+#define NG_SNAPSHOT_NO_TEXTURES                                                                              \
+    {                                                                                                        \
+        {NG_NONE}, {NG_NONE}, {NG_NONE}, {NG_NONE}, {NG_NONE},                                               \
+        {                                                                                                    \
+            NG_NONE                                                                                          \
+        }                                                                                                    \
+    }
+
+// Texture coordinates of a mesh on one of its material's images.
+static inline void ng_snapshot_texture_uv(const struct ng_snapshot_texture *texture, const float uv[2],
+                                          float out[2])
+{
+    const float *c = texture->coordinates, u = uv[0], v = uv[1];
+    out[0] = texture->transformed ? c[0] * u + c[1] * v + c[2] : u;
+    out[1] = texture->transformed ? c[3] * u + c[4] * v + c[5] : v;
+}
+
 struct ng_snapshot_material {
     ng_entity entity;
     float base_color[3], metallic, roughness;
     float emission[3]; // radiance, W/(sr m2): what the surface shows and, for emitters, emits
     float normal_scale, alpha, alpha_cutoff;
-    bool double_sided, alpha_mask;
-    // Indices of snapshot images, or NG_NONE.
-    uint32_t base_color_image, metallic_roughness_image, normal_image, emissive_image;
-    uint32_t second_uvs; // set of 1 << NG_SLOT_* (shaders/shared/scene.h): these textures use `uvs1`
+    // F0 of the dielectric part: specular * min(specular_color, 1), each times its texture.
+    float specular, specular_color[3];
+    enum ng_alpha_mode alpha_mode; // never NG_ALPHA_BLEND where nothing is behind: that is opaque
+    bool double_sided, unlit;      // unlit: `emission` is the base colour, nothing is reflected
+    struct ng_snapshot_texture textures[NG_TEXTURE_COUNT];
 };
 
 struct ng_snapshot_camera {
@@ -125,6 +152,15 @@ struct ng_snapshot {
     uint64_t surface_version;  // the same of all instances but lamps; it may change more often
     uint64_t emission_version; // changes when an instance that is no light emits in another way
 };
+
+// Whether some material is unlit.
+static inline bool ng_snapshot_has_unlit(const struct ng_snapshot *s)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < s->material_count; i++)
+        any |= s->materials[i].unlit;
+    return any;
+}
 
 // Whether a lamp is nowhere in front of a light: lamps in a row on a ceiling do not see one another, though
 // they hang a little higher and lower. The plane stands off the emitter by NG_LAMP_ROW of the scene's radius.

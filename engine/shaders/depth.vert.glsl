@@ -9,7 +9,7 @@ layout(location = 0) in vec3 in_position;
 #ifdef NG_MASKED
 layout(location = 1) in vec2 in_uv;
 layout(location = 0) out vec2 out_uv;
-layout(location = 1) flat out uint out_material;
+layout(location = 1) flat out uint out_instance;
 #endif
 #ifdef NG_FULL
 layout(location = 2) in vec2 in_uv1;
@@ -27,10 +27,10 @@ void main()
     gl_Layer = int(push.layer);
 #ifdef NG_MASKED
     out_uv = in_uv;
-    out_material = instances[gl_InstanceIndex].material;
+    out_instance = gl_InstanceIndex;
 #endif
 #ifdef NG_FULL
-    out_uv = texture_uv(out_material, NG_SLOT_BASE_COLOR);
+    out_uv = texture_uv(instances[gl_InstanceIndex].material, NG_SLOT_BASE_COLOR);
     out_alpha = in_color.a;
 #endif
 }

@@ -47,7 +47,7 @@ void main()
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 position = texelFetch(position_map, at, 0);
     out_unshadowed = out_direct = vec4(0);
-    if (position.w == 0)
+    if (position.w <= 0)
         return;
     light = this_light;
     vec4 normal_roughness = texelFetch(normal_map, at, 0);

@@ -3,7 +3,7 @@
 layout(set = 0, binding = 0, scalar) uniform View { ng_view_data view; };
 #include "view.glsl"
 
-layout(location = 0) out vec4 out_position;  // world; w: 1 where there is a surface
+layout(location = 0) out vec4 out_position;  // world; w: 1 where there is a surface, -1 if it reflects nothing
 layout(location = 1) out vec4 out_normal;    // shading normal; w: roughness
 layout(location = 2) out vec4 out_diffuse;   // w: x of the octahedral geometric normal
 layout(location = 3) out vec4 out_specular;  // F0; w: y of the octahedral geometric normal
@@ -42,11 +42,11 @@ vec2 octahedral(vec3 n)
 void main()
 {
     ng_instance_data instance = instances[in_instance];
-    surface s = surface_load(materials[instance.material], instance.flags);
+    surface s = surface_load(materials[instance.material], instance);
     vec3 position = position_from_depth();
     vec3 flat_normal = surface_settle(s, position, to_eye(position));
     vec2 o = octahedral(flat_normal);
-    out_position = vec4(position, 1);
+    out_position = vec4(position, s.unlit ? -1 : 1);
     out_normal = vec4(s.normal, s.roughness);
     out_diffuse = vec4(s.diffuse, o.x);
     out_specular = vec4(s.f0, o.y);

@@ -32,7 +32,7 @@ void main()
 {
     ng_instance_data instance = instances[in_instance];
     ng_material_data m = materials[instance.material];
-    surface s = surface_load(m, instance.flags);
+    surface s = surface_load(m, instance);
     ng_light_view_data v = views[in_layer];
     vec2 xy = (gl_FragCoord.xy / float(NG_RSM_SIZE) * 2 - 1) * v.tangent;
     float half_size = v.tangent / float(NG_RSM_SIZE);
@@ -47,8 +47,8 @@ void main()
     }
     surface_settle(s, in_position, -direction);
     float cosine = max(dot(s.normal, -direction), 0.0);
-    // The unlit side of a one-sided surface blocks light and reflects none.
-    bool lit = s.front || (m.flags & NG_MATERIAL_DOUBLE_SIDED) != 0;
+    // The back of a one-sided surface blocks light and reflects none.
+    bool lit = !s.unlit && (s.front || (m.flags & NG_MATERIAL_DOUBLE_SIDED) != 0);
     vec3 reflectance = vec3(0);
     for (int i = 0; i < 3; i++)
         reflectance[i] = s.diffuse[i] + ng_brdf_specular_albedo(cosine, s.f0[i], s.roughness);

@@ -12,10 +12,13 @@ layout(set = 1, binding = 0) uniform sampler2D base_color_map;
 layout(set = 1, binding = 1) uniform sampler2D metallic_roughness_map;
 layout(set = 1, binding = 2) uniform sampler2D normal_map;
 layout(set = 1, binding = 3) uniform sampler2D emissive_map;
+layout(set = 1, binding = 4) uniform sampler2D specular_weight_map;
+layout(set = 1, binding = 5) uniform sampler2D specular_color_map;
+#include "cut.glsl"
 layout(location = 2) in vec4 in_tangent;
 #ifdef NG_FULL
-layout(location = 6) in vec2 in_uvs[4]; // by the texture's slot
-layout(location = 10) in vec4 in_color;
+layout(location = 6) in vec2 in_uvs[NG_MATERIAL_TEXTURES]; // by the texture's slot
+layout(location = 12) in vec4 in_color;
 #define TEXTURE_UV(slot) in_uvs[slot]
 #else
 layout(location = 3) in vec2 in_uv;
@@ -30,25 +33,35 @@ struct surface {
     vec3 emission; // radiance towards the front; nothing behind a one-sided surface
     float roughness;
     bool front; // the side that the triangle's order calls front, mirrored placements considered
+    bool unlit; // reflects nothing
 };
 
-surface surface_load(ng_material_data m, uint flags)
+surface surface_load(ng_material_data m, ng_instance_data instance)
 {
-    vec3 base = m.base_color, emission = m.emission;
-    float metallic = m.metallic, roughness = m.roughness;
+    vec3 base = m.base_color, emission = m.emission, specular_color = m.specular_color;
+    float metallic = m.metallic, roughness = m.roughness, specular = m.specular;
     vec3 normal = normalize(in_normal);
+    bool front = gl_FrontFacing != ((instance.flags & NG_INSTANCE_MIRRORED) != 0);
+    bool unlit = (m.flags & NG_MATERIAL_UNLIT) != 0;
 #ifdef NG_TEXTURED
-    vec4 color = texture(base_color_map, TEXTURE_UV(NG_SLOT_BASE_COLOR));
-#ifdef NG_FULL
-    color *= in_color;
-#endif
-    if (m.alpha_cutoff > 0 && color.a * m.alpha < m.alpha_cutoff)
-        discard;
+    vec2 uv = TEXTURE_UV(NG_SLOT_BASE_COLOR);
+    vec4 color = texture(base_color_map, uv);
+    float alpha = m.alpha;
     base *= color.rgb;
+#ifdef NG_FULL
+    base *= in_color.rgb;
+    alpha *= in_color.a;
+#endif
+    if (is_cut(m, instance, front, color.a, textureQueryLod(base_color_map, uv).x, alpha))
+        discard;
     vec4 metal_rough = texture(metallic_roughness_map, TEXTURE_UV(NG_SLOT_METALLIC_ROUGHNESS));
     metallic *= metal_rough.b;
     roughness *= metal_rough.g;
     emission *= texture(emissive_map, TEXTURE_UV(NG_SLOT_EMISSIVE)).rgb;
+    if ((m.flags & NG_MATERIAL_SPECULAR_MAPS) != 0) {
+        specular *= texture(specular_weight_map, TEXTURE_UV(NG_SLOT_SPECULAR)).a;
+        specular_color *= texture(specular_color_map, TEXTURE_UV(NG_SLOT_SPECULAR_COLOR)).rgb;
+    }
     if ((m.flags & NG_MATERIAL_NORMAL_MAP) != 0) {
         // The bitangent from the interpolated normal and tangent, as the glTF specification asks (3.7.2.1).
         vec3 tangent = in_tangent.xyz - normal * dot(normal, in_tangent.xyz);
@@ -62,7 +75,8 @@ surface surface_load(ng_material_data m, uint flags)
         }
     }
 #endif
-    bool front = gl_FrontFacing != ((flags & NG_INSTANCE_MIRRORED) != 0);
+    if (unlit)
+        emission = base;
     if (!front) {
         normal = -normal;
         if ((m.flags & NG_MATERIAL_DOUBLE_SIDED) == 0)
@@ -71,12 +85,13 @@ surface surface_load(ng_material_data m, uint flags)
     surface s;
     s.normal = normal;
     for (int i = 0; i < 3; i++) {
-        s.diffuse[i] = ng_brdf_albedo(base[i], metallic);
-        s.f0[i] = ng_brdf_f0(base[i], metallic);
+        s.diffuse[i] = unlit ? 0 : ng_brdf_albedo(base[i], metallic);
+        s.f0[i] = unlit ? 0 : ng_brdf_f0(ng_brdf_dielectric(specular_color[i], specular), base[i], metallic);
     }
     s.emission = emission;
     s.roughness = clamp(roughness, NG_ROUGHNESS_MIN, 1.0);
     s.front = front;
+    s.unlit = unlit;
     return s;
 }
 

@@ -15,8 +15,8 @@ layout(location = 2) out vec4 out_tangent;
 #ifdef NG_FULL
 layout(location = 4) in vec2 in_uv1;
 layout(location = 5) in vec4 in_color;
-layout(location = 6) out vec2 out_uvs[4]; // by the texture's slot
-layout(location = 10) out vec4 out_color;
+layout(location = 6) out vec2 out_uvs[NG_MATERIAL_TEXTURES]; // by the texture's slot
+layout(location = 12) out vec4 out_color;
 #include "texture_uv.glsl"
 #else
 layout(location = 3) out vec2 out_uv;
@@ -55,7 +55,7 @@ void write_surface(vec4 m[3])
     out_tangent = transform_tangent(m, in_tangent);
 #ifdef NG_FULL
     uint material = instances[gl_InstanceIndex].material;
-    for (uint slot = 0; slot < 4; slot++)
+    for (uint slot = 0; slot < NG_MATERIAL_TEXTURES; slot++)
         out_uvs[slot] = texture_uv(material, slot);
     out_color = in_color;
 #else

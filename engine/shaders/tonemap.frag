@@ -13,7 +13,7 @@ layout(set = 0, binding = 3) uniform sampler2D right_map;
 layout(set = 0, binding = 4) uniform sampler2D right_divisor_map;
 layout(set = 0, binding = 5, scalar) readonly buffer Shown { ng_display_data display; };
 layout(set = 0, binding = 6, scalar) readonly buffer Exposure { float exposure; };
-layout(set = 0, binding = 7) uniform sampler2D position_map; // w: 1 where there is a surface
+layout(set = 0, binding = 7) uniform sampler2D position_map; // w: 0 where there is no surface, -1 where one is shown as it is
 
 layout(location = 0) in vec2 in_ndc;
 layout(location = 0) out vec4 out_color;
@@ -29,8 +29,9 @@ vec3 value_of(uint encoding, vec4 texel, vec4 divisor)
 {
     switch (encoding) {
     case NG_SHOWN_RADIANCE:
-    case NG_SHOWN_BEAUTY:
         return max(texel.rgb * exposure, vec3(0));
+    case NG_SHOWN_BEAUTY: // what is unlit has the brightness of a display
+        return max(texel.rgb * (fetch(position_map).w < 0 ? 1 : exposure), vec3(0));
     case NG_SHOWN_RATIO:
         return mix(vec3(1), texel.rgb / max(divisor.rgb, vec3(1e-30)), greaterThan(divisor.rgb, vec3(0)));
     case NG_SHOWN_DIRECTION:

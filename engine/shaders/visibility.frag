@@ -154,7 +154,7 @@ void main()
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 position = texelFetch(position_map, at, 0);
     out_visibility = 1;
-    if (position.w == 0)
+    if (position.w <= 0)
         return;
     light = this_light;
     receiver r;

@@ -53,26 +53,36 @@ static void tone_map(const float rgb[3], float exposure, float out[3])
         out[i] = ng_tonemap(x[i], peak, toe);
 }
 
-static bool meets_nothing(const struct lf_reference *r, struct lf_path_scene *scene, float x, float y)
+// Parts of a pixel: through which nothing is seen, and where what is seen is unlit.
+struct shares {
+    float nothing, unlit;
+};
+
+static void add_sight(const struct lf_reference *r, struct lf_path_scene *scene, const float at[2],
+                      const uint32_t pixel[2], float weight, struct shares *sum)
 {
     struct lf_primary primary;
-    struct lf_ray ray = lf_reference_ray(r, x, y);
-    lf_path_begin(scene, &ray, &primary);
-    return !primary.met;
+    struct lf_ray ray = lf_reference_ray(r, at[0], at[1]);
+    lf_path_begin(scene, &ray, pixel, &primary);
+    sum->nothing += primary.met ? 0 : weight;
+    sum->unlit += primary.met && primary.surface.unlit ? weight : 0;
 }
 
-// The part of a pixel through which nothing is seen: all or nothing, unless a filter goes over it.
-static float background_share(const struct lf_reference *r, struct lf_path_scene *scene, uint32_t x,
-                              uint32_t y)
+// All or nothing, unless a filter goes over the pixel.
+static struct shares find_shares(const struct lf_reference *r, struct lf_path_scene *scene, uint32_t x,
+                                 uint32_t y)
 {
+    const uint32_t pixel[2] = {x, y};
+    const float center[2] = {(float)x + 0.5f, (float)y + 0.5f};
+    struct shares sum = {0};
     if (!r->params.antialias)
-        return meets_nothing(r, scene, (float)x + 0.5f, (float)y + 0.5f);
-    uint32_t misses = 0;
-    for (int i = 0; i < EDGE * EDGE; i++) {
+        add_sight(r, scene, center, pixel, 1, &sum);
+    for (int i = 0; r->params.antialias && i < EDGE * EDGE; i++) {
         float u = ((float)(i % EDGE) + 0.5f) / EDGE, v = ((float)(i / EDGE) + 0.5f) / EDGE;
-        misses += meets_nothing(r, scene, (float)x + 0.5f + lf_tent(u), (float)y + 0.5f + lf_tent(v));
+        const float at[2] = {center[0] + lf_tent(u), center[1] + lf_tent(v)};
+        add_sight(r, scene, at, NULL, 1.0f / (EDGE * EDGE), &sum);
     }
-    return (float)misses / (EDGE * EDGE);
+    return sum;
 }
 
 static bool has_background(const struct ng_snapshot_camera *camera)
@@ -87,16 +97,18 @@ static void show(const struct lf_reference *r, const float *beauty, uint8_t *out
     const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
     struct lf_path_stats stats = {0};
     struct lf_path_scene scene = lf_reference_scene(r, &stats);
-    float exposure = find_exposure(r), share = 0;
-    bool background = has_background(camera);
+    float exposure = find_exposure(r);
+    bool look = has_background(camera) || ng_snapshot_has_unlit(lf_tracer_snapshot(r->tracer));
     for (size_t i = 0; i < lf_pixel_count(r); i++, beauty += 3, out += 4) {
         float shown[3];
-        tone_map(beauty, exposure, shown);
-        if (background)
-            share = background_share(r, &scene, region->x + (uint32_t)(i % region->width),
-                                     region->y + (uint32_t)(i / region->width));
+        struct shares shares = {0};
+        if (look)
+            shares = find_shares(r, &scene, region->x + (uint32_t)(i % region->width),
+                                 region->y + (uint32_t)(i / region->width));
+        tone_map(beauty, exposure + (1 - exposure) * shares.unlit, shown);
         for (int c = 0; c < 3; c++)
-            out[c] = (uint8_t)(ng_srgb_encode(shown[c] + share * camera->background[c]) * 255.0f + 0.5f);
+            out[c] =
+                (uint8_t)(ng_srgb_encode(shown[c] + shares.nothing * camera->background[c]) * 255.0f + 0.5f);
         out[3] = 255;
     }
 }

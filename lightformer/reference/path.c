@@ -142,6 +142,7 @@ static void set_ray(const struct lf_wave *w, uint32_t lane, float far, struct lf
     take_lane(w->direction, lane, out->direction);
     out->near = 0;
     out->far = far;
+    out->sample = w->reversed[lane] ^ (uint32_t)w->rng_state[lane];
 }
 
 // Of surfaces in one place a ray meets any one: the light of all of them is seen.
@@ -263,7 +264,8 @@ static bool look_around(struct walk *walk, uint32_t ray, struct lf_surface *next
     if (!met || (!w->survives[lane] && !lf_surface_may_shine(tracer, hit)))
         return false;
     lf_surface_at(tracer, hit, next);
-    carry(w, lane, next->emission, radiance->indirect);
+    if (!next->unlit)
+        carry(w, lane, next->emission, radiance->indirect);
     return w->survives[lane] && !lf_surface_is_black(next);
 }
 
@@ -318,14 +320,15 @@ static void see_emitter(void *user, const struct lf_hit *hit)
     see_light(sight, sight->snapshot->instances[hit->instance].light, &seen);
 }
 
-void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, struct lf_primary *out)
+void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, const uint32_t pixel[2],
+                   struct lf_primary *out)
 {
     const struct ng_snapshot *snapshot = scene->lights->snapshot;
     struct sight sight = {snapshot, ray, out->emission};
     struct ng_light_hit nothing = {.distance = INFINITY};
     *out = (struct lf_primary){.ray = *ray};
     scene->stats->path_rays++;
-    out->met = lf_trace_closest(scene->tracer, ray, LF_RAY_CAMERA, &out->hit);
+    out->met = lf_trace_pixel(scene->tracer, ray, LF_RAY_CAMERA, pixel, &out->hit);
     if (out->met) {
         lf_surface_at(scene->tracer, &out->hit, &out->surface);
         memcpy(out->emission, out->surface.emission, sizeof out->emission);

@@ -48,7 +48,9 @@ struct lf_primary {
     float emission[3]; // of the surface, or of the environment where nothing is met
 };
 
-void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, struct lf_primary *out);
+// `pixel` (x, y): whose ray it is; null: no pixel's (lf_trace_pixel).
+void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, const uint32_t pixel[2],
+                   struct lf_primary *out);
 #define LF_PATHS LF_WAVE_LANES // traced at a time
 
 struct lf_path {

@@ -212,7 +212,8 @@ static void find_primary(struct batch *b, uint32_t x, uint32_t y, const struct l
     }
     struct lf_primary *primary = &b->primaries[b->count];
     struct lf_ray ray = lf_reference_ray(r, place[0], place[1]);
-    lf_path_begin(&b->scene, &ray, primary);
+    const uint32_t pixel[2] = {x, y};
+    lf_path_begin(&b->scene, &ray, r->params.antialias ? NULL : pixel, primary);
     path->primary = primary;
 }
 

@@ -162,7 +162,8 @@ static void fill(const struct lf_reference *r, enum layer layer, struct lf_layer
                 struct lf_primary primary;
                 struct lf_ray ray =
                     lf_reference_ray(r, (float)(region->x + x) + 0.5f, (float)(region->y + y) + 0.5f);
-                lf_path_begin(&scene, &ray, &primary);
+                const uint32_t at[2] = {region->x + x, region->y + y};
+                lf_path_begin(&scene, &ray, at, &primary);
                 if (layer == LAYER_ENTITY) {
                     *id++ = entity_of(r, &primary);
                     continue;

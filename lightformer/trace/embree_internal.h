@@ -135,6 +135,7 @@ struct lf_query {
     struct RTCIntersectContext context;
     const struct lf_tracer *tracer;
     enum lf_ray_kind kind;
+    const uint32_t *pixel; // whose camera ray it is; null: no pixel's
     // Emitters in its place, and lamps beside it, are not there; or null.
     const struct ng_snapshot_light *light;
     lf_trace_fn visit; // every meeting is visited, none ends the ray

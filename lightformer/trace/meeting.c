@@ -1,5 +1,6 @@
 // What a ray meets: hits from what Embree tells of them, and which of them a query takes.
 #include "lightformer/trace/embree_internal.h"
+#include "shaders/shared/coverage.h"
 
 static bool is_beside(const struct lf_query *q, const struct lf_trace_slot *s)
 {
@@ -38,15 +39,50 @@ void lf_filter_query(const struct RTCFilterFunctionNArguments *a)
     }
 }
 
+// The side of a surface that a ray meets, and whose surface it is (shaders/shared/coverage.h).
+static uint32_t name_surface(const struct lf_trace_slot *s, const struct RTCRay *ray, const struct RTCHit *h)
+{
+    float cosine = ray->dir_x * h->Ng_x + ray->dir_y * h->Ng_y + ray->dir_z * h->Ng_z;
+    bool mirrored =
+        !s->shared && s->seen.flags & NG_INSTANCE_MIRRORED; // in a mesh's space sides are the same
+    return 2 * ng_entity_index(s->entity) + ((cosine < 0) != mirrored);
+}
+
+// Of a ray that is no pixel's: a hash of it, so that it meets the same whoever traces it.
+static float ray_threshold(const struct RTCRay *ray, uint32_t surface, uint32_t triangle)
+{
+    const float numbers[6] = {ray->org_x, ray->org_y, ray->org_z, ray->dir_x, ray->dir_y, ray->dir_z};
+    uint32_t words[6], hash = ng_coverage_hash(ng_coverage_hash(surface) + triangle) ^ ray->id;
+    memcpy(words, numbers, sizeof words);
+    for (int i = 0; i < 6; i++)
+        hash = ng_coverage_hash(hash ^ words[i]);
+    return (float)(hash >> 8) * NG_COVERAGE_STEP;
+}
+
+static bool is_cut(const struct lf_query *q, const struct RTCRay *ray, const struct RTCHit *h)
+{
+    const struct lf_trace_slot *s = lf_trace_slot_met(q->tracer, h);
+    const float barycentric[2] = {h->u, h->v};
+    const struct ng_snapshot_material *m = s->seen.material;
+    if (m->alpha_mode == NG_ALPHA_OPAQUE)
+        return false;
+    float alpha = lf_surface_alpha(q->tracer, s->instance, h->primID, barycentric);
+    if (m->alpha_mode == NG_ALPHA_MASK)
+        return alpha < m->alpha_cutoff;
+    uint32_t surface = name_surface(s, ray, h);
+    return alpha <= (q->pixel ? ng_coverage_threshold(q->pixel[0], q->pixel[1], surface)
+                              : ray_threshold(ray, surface, h->primID));
+}
+
 void lf_filter_mask(const struct RTCFilterFunctionNArguments *a)
 {
-    const struct lf_tracer *t = ((const struct lf_query *)(const void *)a->context)->tracer;
+    const struct lf_query *q = (const void *)a->context;
     for (unsigned int i = 0; i < a->N; i++) {
         if (!a->valid[i])
             continue;
+        struct RTCRay ray = lf_ray_of(a->ray, a->N, i);
         struct RTCHit hit = lf_hit_of(a->hit, a->N, i);
-        const float barycentric[2] = {hit.u, hit.v};
-        if (lf_surface_is_cut(t, lf_trace_slot_met(t, &hit)->instance, hit.primID, barycentric))
+        if (is_cut(q, &ray, &hit))
             a->valid[i] = 0;
     }
 }

@@ -28,7 +28,7 @@ static void aim(const struct lf_ray *ray, struct RTCRay *out)
     out->time = 0;
     out->tfar = ray->far;
     out->mask = UINT32_MAX;
-    out->id = 0;
+    out->id = ray->sample;
     out->flags = 0;
 }
 
@@ -39,6 +39,7 @@ static void begin_query(const struct lf_tracer *t, enum lf_ray_kind kind, lf_tra
     out->tracer = t;
     out->kind = kind;
     out->light = NULL;
+    out->pixel = NULL;
     out->visit = visit;
     out->user = user;
     if (visit || kind == LF_RAY_CAMERA || (kind == LF_RAY_PAST_LAMPS && t->lamps))
@@ -69,9 +70,16 @@ static bool intersect(RTCScene scene, const struct lf_ray *ray, struct lf_query 
 bool lf_trace_closest(const struct lf_tracer *t, const struct lf_ray *ray, enum lf_ray_kind kind,
                       struct lf_hit *out)
 {
+    return lf_trace_pixel(t, ray, kind, NULL, out);
+}
+
+bool lf_trace_pixel(const struct lf_tracer *t, const struct lf_ray *ray, enum lf_ray_kind kind,
+                    const uint32_t pixel[2], struct lf_hit *out)
+{
     struct lf_query q;
     struct RTCRayHit rayhit;
     begin_query(t, kind, NULL, NULL, &q);
+    q.pixel = pixel;
     if (!intersect(t->scene, ray, &q, &rayhit))
         return false;
     lf_describe(lf_trace_slot_met(t, &rayhit.hit), &rayhit.ray, &rayhit.hit, out);
@@ -171,7 +179,7 @@ static void aim_packet(const struct lf_ray *rays, uint32_t count, int valid[LF_P
         out->time[i] = 0;
         out->tfar[i] = ray->far;
         out->mask[i] = UINT32_MAX;
-        out->id[i] = 0;
+        out->id[i] = ray->sample;
         out->flags[i] = 0;
     }
 }

@@ -27,16 +27,18 @@ static void interpolate(const struct ng_snapshot_mesh *mesh, const float *attrib
     }
 }
 
-// A texture of the material at a hit, by its slot; white where it has none.
-static void read_texture(const struct lf_tracer *tracer, const struct lf_instance *in, uint32_t slot,
-                         uint32_t image, const struct lf_hit *hit, float rgba[4])
+// A texture of the material at a hit; white where it has none.
+static void read_texture(const struct lf_tracer *tracer, const struct lf_instance *in,
+                         enum ng_material_texture texture, const struct lf_hit *hit, float rgba[4])
 {
     const struct ng_snapshot_mesh *mesh = in->mesh;
-    bool second = in->material->second_uvs >> slot & 1 && mesh->uvs1;
-    float uv[2] = {0, 0};
-    if (image != NG_NONE) // what is not read is not waited for
-        interpolate(mesh, second ? mesh->uvs1 : mesh->uvs, 2, hit->triangle, hit->barycentric, uv);
-    lf_texture_at(lf_tracer_srgb(tracer), image_of(lf_tracer_snapshot(tracer), image), uv, rgba);
+    const struct ng_snapshot_texture *t = &in->material->textures[texture];
+    float uv[2] = {0, 0}, place[2];
+    if (t->image != NG_NONE) // what is not read is not waited for
+        interpolate(mesh, t->uv_set && mesh->uvs1 ? mesh->uvs1 : mesh->uvs, 2, hit->triangle,
+                    hit->barycentric, uv);
+    ng_snapshot_texture_uv(t, uv, place);
+    lf_texture_at(lf_tracer_srgb(tracer), image_of(lf_tracer_snapshot(tracer), t->image), place, rgba);
 }
 
 // Base colour and alpha: texel times the colours of the vertices.
@@ -46,7 +48,7 @@ static void find_base(const struct lf_tracer *tracer, const struct lf_instance *
     const uint32_t *index = in->mesh->indices + (size_t)hit->triangle * 3;
     const float b[3] = {1 - hit->barycentric[0] - hit->barycentric[1], hit->barycentric[0],
                         hit->barycentric[1]};
-    read_texture(tracer, in, NG_SLOT_BASE_COLOR, in->material->base_color_image, hit, rgba);
+    read_texture(tracer, in, NG_TEXTURE_BASE_COLOR, hit, rgba);
     for (size_t c = 0; c < 4 && in->mesh->colors; c++) {
         float sum = 0;
         for (int i = 0; i < 3; i++)
@@ -55,17 +57,14 @@ static void find_base(const struct lf_tracer *tracer, const struct lf_instance *
     }
 }
 
-bool lf_surface_is_cut(const struct lf_tracer *tracer, uint32_t instance, uint32_t triangle,
+float lf_surface_alpha(const struct lf_tracer *tracer, uint32_t instance, uint32_t triangle,
                        const float barycentric[2])
 {
     const struct lf_instance *in = lf_tracer_instance(tracer, instance);
-    const struct ng_snapshot_material *m = in->material;
     const struct lf_hit hit = {.triangle = triangle, .barycentric = {barycentric[0], barycentric[1]}};
     float rgba[4];
-    if (!m->alpha_mask)
-        return false;
     find_base(tracer, in, &hit, rgba);
-    return rgba[3] * m->alpha < m->alpha_cutoff;
+    return rgba[3] * in->material->alpha;
 }
 
 // The normal map's turn of `normal`; the bitangent from the interpolated normal and tangent (glTF 2.0,
@@ -107,23 +106,27 @@ static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_
     if (!lf_normalize(n))
         return;
     memcpy(out->normal, n, sizeof n);
-    if (m->normal_image == NG_NONE)
+    if (m->textures[NG_TEXTURE_NORMAL].image == NG_NONE)
         return;
     interpolate(in->mesh, in->mesh->tangents, 4, hit->triangle, hit->barycentric, tangent);
     transform_tangent(s->instances[hit->instance].matrix, tangent);
-    read_texture(tracer, in, NG_SLOT_NORMAL, m->normal_image, hit, texel);
+    read_texture(tracer, in, NG_TEXTURE_NORMAL, hit, texel);
     bend_normal(texel, m->normal_scale, tangent, out->normal);
 }
 
 // Factors times texels.
-static void find_look(const struct ng_snapshot_material *m, const float base[4], const float metal_rough[4],
-                      const float emission[4], struct lf_look *out)
+static void find_look(const struct ng_snapshot_material *m, float texels[NG_TEXTURE_COUNT][4],
+                      struct lf_look *out)
 {
-    float metallic = m->metallic * metal_rough[2];
+    const float *base = texels[NG_TEXTURE_BASE_COLOR], *metal_rough = texels[NG_TEXTURE_METALLIC_ROUGHNESS];
+    float metallic = m->metallic * metal_rough[2], specular = m->specular * texels[NG_TEXTURE_SPECULAR][3];
     for (int i = 0; i < 3; i++) {
-        out->albedo[i] = ng_brdf_albedo(m->base_color[i] * base[i], metallic);
-        out->f0[i] = ng_brdf_f0(m->base_color[i] * base[i], metallic);
-        out->emission[i] = m->emission[i] * emission[i];
+        float color = m->base_color[i] * base[i];
+        float dielectric =
+            ng_brdf_dielectric(m->specular_color[i] * texels[NG_TEXTURE_SPECULAR_COLOR][i], specular);
+        out->albedo[i] = m->unlit ? 0 : ng_brdf_albedo(color, metallic);
+        out->f0[i] = m->unlit ? 0 : ng_brdf_f0(dielectric, color, metallic);
+        out->emission[i] = m->unlit ? color : m->emission[i] * texels[NG_TEXTURE_EMISSIVE][i];
     }
     out->roughness = ng_clamp(m->roughness * metal_rough[1], NG_ROUGHNESS_MIN, 1.0f);
 }
@@ -131,12 +134,12 @@ static void find_look(const struct ng_snapshot_material *m, const float base[4],
 static void find_textured_look(const struct lf_tracer *tracer, const struct lf_instance *in,
                                const struct lf_hit *hit, struct lf_look *out)
 {
-    const struct ng_snapshot_material *m = in->material;
-    float base[4], metal_rough[4], emission[4];
-    find_base(tracer, in, hit, base);
-    read_texture(tracer, in, NG_SLOT_METALLIC_ROUGHNESS, m->metallic_roughness_image, hit, metal_rough);
-    read_texture(tracer, in, NG_SLOT_EMISSIVE, m->emissive_image, hit, emission);
-    find_look(m, base, metal_rough, emission, out);
+    float texels[NG_TEXTURE_COUNT][4];
+    find_base(tracer, in, hit, texels[NG_TEXTURE_BASE_COLOR]);
+    for (int i = 0; i < NG_TEXTURE_COUNT; i++)
+        if (i != NG_TEXTURE_BASE_COLOR && i != NG_TEXTURE_NORMAL)
+            read_texture(tracer, in, i, hit, texels[i]);
+    find_look(in->material, texels, out);
 }
 
 static void set_look(const struct lf_look *look, struct lf_surface *out)
@@ -164,7 +167,7 @@ static void find_normal_matrix(const float m[12], float out[9])
 
 void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct lf_instance *out)
 {
-    static const float white[4] = {1, 1, 1, 1};
+    float white[NG_TEXTURE_COUNT][4];
     const struct ng_snapshot_instance *in = &snapshot->instances[index];
     const struct ng_snapshot_material *m = &snapshot->materials[in->material];
     out->mesh = &snapshot->meshes[in->mesh];
@@ -172,10 +175,14 @@ void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct
     out->flags = in->flags;
     out->light = in->light;
     out->place = in->light == NG_NONE ? NG_NONE : snapshot->lights[in->light].place;
-    out->textured = m->base_color_image != NG_NONE || m->metallic_roughness_image != NG_NONE ||
-                    m->normal_image != NG_NONE || m->emissive_image != NG_NONE || out->mesh->colors;
+    out->textured = out->mesh->colors;
+    for (int i = 0; i < NG_TEXTURE_COUNT; i++) {
+        out->textured |= m->textures[i].image != NG_NONE;
+        for (int c = 0; c < 4; c++)
+            white[i][c] = 1;
+    }
     find_normal_matrix(in->matrix, out->normal_matrix);
-    find_look(m, white, white, white, &out->plain);
+    find_look(m, white, &out->plain);
 }
 
 // As surface_settle in engine/shaders/surface.frag.glsl. A triangle without an area has no normal.
@@ -225,7 +232,8 @@ void lf_surface_previous(const struct lf_tracer *tracer, const struct lf_hit *hi
 bool lf_surface_may_shine(const struct lf_tracer *tracer, const struct lf_hit *hit)
 {
     const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);
-    return in->light != NG_NONE || lf_max3(in->plain.emission) > 0; // texels are factors of it
+    // Texels are factors of it.
+    return !in->material->unlit && (in->light != NG_NONE || lf_max3(in->plain.emission) > 0);
 }
 
 void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit, int stage)
@@ -250,6 +258,7 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
     out->light = in->light;
     out->front = hit->front;
     out->double_sided = (in->flags & NG_INSTANCE_DOUBLE_SIDED) != 0;
+    out->unlit = in->material->unlit;
     for (int i = 0; i < 3; i++) {
         out->position[i] = hit->position[i];
         out->flat_normal[i] = out->normal[i] = hit->normal[i];
@@ -263,6 +272,6 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
     settle_normals(out);
     if (!hit->front)
         turn_over(out);
-    if (in->light != NG_NONE || lf_surface_is_black(out))
+    if (in->light != NG_NONE || lf_surface_is_backless(out))
         out->emission[0] = out->emission[1] = out->emission[2] = 0;
 }

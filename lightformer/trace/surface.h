@@ -18,6 +18,7 @@ struct lf_surface {
     float emission[3];
     uint32_t light; // whose emitter this is, or NG_NONE: ng_light_seen_at says what it emits
     bool front, double_sided;
+    bool unlit; // reflects nothing, and its emission is for cameras alone
 };
 
 void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out);
@@ -42,10 +43,15 @@ static inline void lf_hit_on_light(const struct ng_snapshot *snapshot, const str
 // Asks memory for what lf_surface_at will read, for callers with something to do in between: stage 0 for what
 // tells where the rest is, stage 1 for the rest.
 void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hit, int stage);
-// Whether it is met from the back and has none: black.
-static inline bool lf_surface_is_black(const struct lf_surface *s)
+// Whether it is met from the back and has none: it does not even shine.
+static inline bool lf_surface_is_backless(const struct lf_surface *s)
 {
     return !s->front && !s->double_sided;
+}
+// Whether it reflects nothing.
+static inline bool lf_surface_is_black(const struct lf_surface *s)
+{
+    return s->unlit || lf_surface_is_backless(s);
 }
 
 NG_EXTERN_C_END

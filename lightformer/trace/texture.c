@@ -28,24 +28,27 @@ static void fetch(const struct lf_srgb *srgb, const struct ng_image *image, uint
     }
 }
 
+static uint32_t wrap(int64_t i, uint32_t size, enum ng_wrap mode)
+{
+    int64_t period = mode == NG_WRAP_MIRROR ? 2 * (int64_t)size : size;
+    if (mode == NG_WRAP_CLAMP)
+        return (uint32_t)(i < 0 ? 0 : i >= size ? size - 1 : i);
+    i = i < 0 ? i + period : i >= period ? i - period : i; // coordinates have been wrapped
+    return (uint32_t)(i < size ? i : period - 1 - i);
+}
+
 // The two texels around a coordinate along one axis, and the weight of the second.
-static float neighbours(float t, uint32_t size, bool repeat, uint32_t out[2])
+static float neighbours(float t, uint32_t size, enum ng_wrap mode, enum ng_filter filter, uint32_t out[2])
 {
     // Wrapped first, so that large coordinates keep their fraction.
-    t = repeat ? t - floorf(t) : fminf(fmaxf(t, 0.0f), 1.0f);
-    float x = t * (float)size - 0.5f, low = floorf(x);
-    int64_t first = (int64_t)low, last = (int64_t)size - 1;
-    int64_t a = first, b = first + 1;
-    if (repeat) {
-        a = a < 0 ? last : a;
-        b = b > last ? 0 : b;
-    } else {
-        a = a < 0 ? 0 : a;
-        b = b > last ? last : b;
-    }
-    out[0] = (uint32_t)(a > last ? last : a);
-    out[1] = (uint32_t)b;
-    return x - low;
+    if (mode == NG_WRAP_CLAMP)
+        t = fminf(fmaxf(t, 0.0f), 1.0f);
+    else
+        t = mode == NG_WRAP_MIRROR ? 2 * (t * 0.5f - floorf(t * 0.5f)) : t - floorf(t);
+    float x = t * (float)size - (filter == NG_FILTER_NEAREST ? 0.0f : 0.5f), low = floorf(x);
+    out[0] = wrap((int64_t)low, size, mode);
+    out[1] = wrap((int64_t)low + 1, size, mode);
+    return filter == NG_FILTER_NEAREST ? 0 : x - low;
 }
 
 void lf_texture_at(const struct lf_srgb *srgb, const struct ng_image *image, const float uv[2], float rgba[4])
@@ -55,8 +58,9 @@ void lf_texture_at(const struct lf_srgb *srgb, const struct ng_image *image, con
     if (!image || !isfinite(uv[0]) || !isfinite(uv[1]))
         return;
     uint32_t x[2], y[2];
-    float fx = neighbours(uv[0], image->width, image->repeat_u, x);
-    float fy = neighbours(uv[1], image->height, image->repeat_v, y);
+    const struct ng_sampling *s = &image->sampling;
+    float fx = neighbours(uv[0], image->width, s->wrap_u, s->magnify, x);
+    float fy = neighbours(uv[1], image->height, s->wrap_v, s->magnify, y);
     for (int j = 0; j < 2; j++)
         for (int i = 0; i < 2; i++) {
             float texel[4], weight = (i ? fx : 1 - fx) * (j ? fy : 1 - fy);

@@ -1,5 +1,5 @@
-// Texels of the engine's images as the graphics device would filter them at level 0: bilinear, sRGB decoded
-// before the filter, wrapped or clamped as the image says.
+// Texels of the engine's images as the graphics device would filter them at level 0: bilinear or not and
+// wrapped as the image says, sRGB decoded before the filter.
 #ifndef LF_TRACE_TEXTURE_H
 #define LF_TRACE_TEXTURE_H
 

@@ -7,7 +7,8 @@
 //
 // Triangles are kept in world space, as long as there is memory for that. The surfaces of sphere and disk
 // lights are exact spheres and ellipses here, not the triangles of the snapshot, so that a ray meets exactly
-// the points that the light's sampling (light/light.h) chooses from. Alpha masks let rays through.
+// the points that the light's sampling (light/light.h) chooses from. Alpha masks let rays through, and of
+// surfaces that blend each ray meets or passes one.
 //
 // Sides (engine/README.md, "Radiometry"): every surface blocks light from both sides. A camera ray
 // (LF_RAY_CAMERA) passes through the backs of one-sided surfaces, as the G-buffer does, so that a camera
@@ -67,6 +68,7 @@ struct lf_tracer_stats lf_tracer_stats_of(const struct lf_tracer *tracer);
 struct lf_ray {
     float origin[3], direction[3]; // world; direction unit
     float near, far;               // metres along the direction; far may be INFINITY
+    uint32_t sample; // tells rays apart that are alike: what blends may stop one and not another
 };
 
 struct lf_hit {
@@ -86,6 +88,10 @@ enum lf_ray_kind { LF_RAY_ALL, LF_RAY_CAMERA, LF_RAY_PAST_LAMPS };
 // False if nothing is met.
 bool lf_trace_closest(const struct lf_tracer *tracer, const struct lf_ray *ray, enum lf_ray_kind kind,
                       struct lf_hit *out);
+// The same of the ray of a pixel (x, y): of surfaces that cover a part of what is behind them it meets those
+// that the G-buffer shows in that pixel. Others meet each by chance: a hash of the ray. Null: no pixel's.
+bool lf_trace_pixel(const struct lf_tracer *tracer, const struct lf_ray *ray, enum lf_ray_kind kind,
+                    const uint32_t pixel[2], struct lf_hit *out);
 bool lf_trace_occluded(const struct lf_tracer *tracer, const struct lf_ray *ray);
 // The same of a ray toward a light: emitters in the place of that light, and lamps beside it
 // (ng_lamp_is_beside), are passed as if they were not there.

@@ -31,8 +31,8 @@ const struct lf_srgb *lf_tracer_srgb(const struct lf_tracer *tracer);
 // Fills in all but the shape.
 void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct lf_instance *out);
 
-// Whether an alpha mask leaves nothing at a point of a triangle.
-bool lf_surface_is_cut(const struct lf_tracer *tracer, uint32_t instance, uint32_t triangle,
+// Alpha at a point of a triangle.
+float lf_surface_alpha(const struct lf_tracer *tracer, uint32_t instance, uint32_t triangle,
                        const float barycentric[2]);
 
 #endif

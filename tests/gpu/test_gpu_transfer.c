@@ -176,7 +176,8 @@ static void test_views(void **state)
     assert_int_equal(log.errors, 2);
     assert_non_null(strstr(log.text, "'cube'"));
     ng_gpu_image_destroy(&image);
-    struct ng_gpu_sampler_params linear = {.filter = VK_FILTER_LINEAR, .anisotropy = 1000};
+    struct ng_gpu_sampler_params linear = {
+        .mag_filter = VK_FILTER_LINEAR, .min_filter = VK_FILTER_LINEAR, .anisotropy = 1000};
     VkSampler sampler = ng_gpu_sampler(gpu, &linear);
     assert_non_null(sampler);
     assert_true(sampler == ng_gpu_sampler(gpu, &linear));

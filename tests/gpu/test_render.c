@@ -126,10 +126,9 @@ static int begin_with(void **state, struct ng_renderer_params params)
         s->materials[i] = (struct ng_snapshot_material){.base_color = {WALL, WALL, WALL},
                                                         .roughness = 1,
                                                         .alpha = 1,
-                                                        .base_color_image = NG_NONE,
-                                                        .metallic_roughness_image = NG_NONE,
-                                                        .normal_image = NG_NONE,
-                                                        .emissive_image = NG_NONE};
+                                                        .specular = 1,
+                                                        .specular_color = {0.04f, 0.04f, 0.04f},
+                                                        .textures = NG_SNAPSHOT_NO_TEXTURES};
     s->snapshot = (struct ng_snapshot){.scene_radius = 4,
                                        .mesh_count = 1,
                                        .material_count = 2,

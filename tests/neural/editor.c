@@ -248,8 +248,11 @@ static struct ng_image noise(struct editor *e, uint32_t side)
                              .height = side,
                              .levels = 1,
                              .format = formats[below(e, 2)],
-                             .repeat_u = one_in(e, 2),
-                             .repeat_v = one_in(e, 2),
+                             .sampling.wrap_u = below(e, 3),
+                             .sampling.wrap_v = below(e, 3),
+                             .sampling.magnify = below(e, 2),
+                             .sampling.minify = below(e, 2),
+                             .sampling.mips = below(e, 3),
                              .size = (size_t)side * side * 4};
     unsigned char *pixels = malloc(image.size);
     assert_non_null(pixels);

@@ -146,24 +146,30 @@ static void compare(struct walk *w, const struct view *view)
 
 static uint64_t hash_image(const struct ng_image *image)
 {
-    const uint32_t words[] = {image->width, image->height, image->format, image->repeat_u, image->repeat_v};
+    const struct ng_sampling *s = &image->sampling;
+    const uint32_t words[] = {image->width, image->height, image->format, s->wrap_u,
+                              s->wrap_v,    s->magnify,    s->minify,     s->mips};
     return ng_hash_bytes(ng_hash_bytes(0, words, sizeof words), image->pixels, image->size);
 }
 
 static uint64_t hash_material(const struct ng_snapshot *s, const struct ng_snapshot_material *m)
 {
-    const uint64_t words[] = {m->entity.id, m->double_sided, m->alpha_mask, m->second_uvs};
-    const uint32_t images[] = {m->base_color_image, m->metallic_roughness_image, m->normal_image,
-                               m->emissive_image};
-    const float numbers[] = {m->metallic, m->roughness, m->normal_scale, m->alpha, m->alpha_cutoff};
+    const uint64_t words[] = {m->entity.id, m->double_sided, m->alpha_mode, m->unlit};
+    const float numbers[] = {m->metallic, m->roughness,    m->normal_scale,
+                             m->alpha,    m->alpha_cutoff, m->specular};
     uint64_t hash = ng_hash_bytes(0, words, sizeof words);
     hash = ng_hash_bytes(hash, m->base_color, sizeof m->base_color);
     hash = ng_hash_bytes(hash, m->emission, sizeof m->emission);
     hash = ng_hash_bytes(hash, numbers, sizeof numbers);
-    for (size_t i = 0; i < NG_COUNT(images); i++)
-        hash = ng_hash_combine(hash, images[i] == NG_NONE ? 0 : s->images[images[i]].key);
-    for (size_t i = 0; i < NG_COUNT(images); i++)
-        hash = ng_hash_combine(hash, images[i] == NG_NONE ? 0 : hash_image(s->images[images[i]].image));
+    hash = ng_hash_bytes(hash, m->specular_color, sizeof m->specular_color);
+    for (size_t i = 0; i < NG_TEXTURE_COUNT; i++) {
+        const struct ng_snapshot_texture *t = &m->textures[i];
+        const struct ng_snapshot_image *image = t->image == NG_NONE ? NULL : &s->images[t->image];
+        hash = ng_hash_combine(hash, image ? image->key : 0);
+        hash = ng_hash_combine(hash, image ? hash_image(image->image) : 0);
+        hash = ng_hash_combine(hash, t->uv_set);
+        hash = ng_hash_bytes(hash, t->coordinates, sizeof t->coordinates);
+    }
     return hash;
 }
 

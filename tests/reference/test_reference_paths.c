@@ -59,10 +59,10 @@ static void check_furnace(float base, float metallic, float roughness, double co
     for (int i = 0; i < 3; i++)
         ray.origin[i] = -ray.direction[i];
     struct lf_primary primary;
-    lf_path_begin(&scene, &ray, &primary);
+    lf_path_begin(&scene, &ray, NULL, &primary);
     assert_true(primary.met);
     double expected =
-        reflectance(cos_v, ng_brdf_albedo(base, metallic), ng_brdf_f0(base, metallic), roughness);
+        reflectance(cos_v, ng_brdf_albedo(base, metallic), ng_brdf_f0(0.04f, base, metallic), roughness);
     ESTIMATES(scene_estimate(&s, &primary, 20000, 0, LF_SAMPLER_INDEPENDENT, 1,
                              offsetof(struct lf_radiance, direct)),
               expected, 2e-3, 0.01);
@@ -154,7 +154,7 @@ static void check_sphere(float base, float roughness)
     float *beauty = scene_layer(r, "beauty"), *variance = scene_layer(r, "variance");
     float *position = scene_layer(r, "position");
     double expected[ANGLES], far = 0;
-    solve_sphere(ng_brdf_albedo(base, 0), ng_brdf_f0(base, 0), roughness, 2.0 / 4, expected);
+    solve_sphere(ng_brdf_albedo(base, 0), ng_brdf_f0(0.04f, base, 0), roughness, 2.0 / 4, expected);
     for (int i = 0; i < SIZE * SIZE; i++) {
         const float *p = position + i * 3, *eye = s.snapshot->camera.position;
         const float way[3] = {eye[0] - p[0], eye[1] - p[1], eye[2] - p[2]};
@@ -334,7 +334,7 @@ static void look_at_room(const struct scene *s, uint64_t seed, struct lf_primary
         ray.direction[0] = ng_rng_range(&rng, -0.5f, 0.5f);
         ray.direction[1] = ng_rng_range(&rng, -0.5f, 0.5f);
         lf_normalize(ray.direction);
-        lf_path_begin(&scene, &ray, &out[i]);
+        lf_path_begin(&scene, &ray, NULL, &out[i]);
     }
 }
 

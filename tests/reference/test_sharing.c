@@ -34,7 +34,7 @@ static ng_entity masked_material(struct scene *s)
     ng_entity e = scene_material(s, (const float[3]){1, 1, 1}, 0, 1);
     struct ng_material *m = ng_world_edit(s->world, e, NG_MATERIAL);
     m->base_color_texture = texture;
-    m->alpha_mask = true;
+    m->alpha_mode = NG_ALPHA_MASK;
     return e;
 }
 
@@ -216,7 +216,7 @@ static void test_shared_meshes_follow_what_moves(void **state)
     // Masks come and go with materials; a mesh is shared by masked and opaque ones.
     const struct ng_mesh *mesh = ng_world_get(w.scene.world, w.copies[4], NG_MESH);
     struct ng_material *m = ng_world_edit(w.scene.world, mesh->material, NG_MATERIAL);
-    m->alpha_mask = true;
+    m->alpha_mode = NG_ALPHA_MASK;
     m->alpha = 0.1f; // nothing of it is left
     follow(&w);
     expect_the_same(&w);

@@ -182,6 +182,49 @@ static void test_mirrored_placements_mirror_normal_maps(void **state)
     scene_close(&s);
 }
 
+// Two panes that cover a third each: rays that differ in their samples alone are stopped by each as often as
+// that, and by one as if the other were not there. A ray meets the same whenever it is traced.
+static void test_blended_surfaces_stop_their_part(void **state)
+{
+    (void)state;
+    enum { RAYS = 8192 };
+    struct scene s;
+    uint32_t met[3] = {0};
+    scene_open(&s, 1);
+    ng_entity pane = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1);
+    struct ng_material *m = ng_world_edit(s.world, pane, NG_MATERIAL);
+    m->alpha_mode = NG_ALPHA_BLEND;
+    m->alpha = 1 / 3.0f;
+    for (int i = 0; i < 2; i++)
+        scene_quad(&s, (const float[3]){-1, -1, (float)-i}, (const float[3]){2, 0, 0},
+                   (const float[3]){0, 2, 0}, pane);
+    scene_frame(&s, 0);
+    for (uint32_t i = 0; i < RAYS; i++) {
+        struct lf_ray ray = {
+            .origin = {0.3f, 0.1f, 1}, .direction = {0, 0, -1}, .far = INFINITY, .sample = i};
+        struct lf_hit hit, again;
+        bool stopped = lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit);
+        assert_int_equal(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &again), stopped);
+        assert_int_equal(lf_trace_occluded(s.tracer, &ray), stopped);
+        met[stopped ? hit.distance > 1.5f : 2]++;
+    }
+    NEAR(met[0] / (double)RAYS, 1 / 3.0, 0.02);
+    NEAR(met[1] / (double)RAYS, 2 / 9.0, 0.02);
+    NEAR(met[2] / (double)RAYS, 4 / 9.0, 0.02);
+    // Of pixels the same, a few at a time.
+    memset(met, 0, sizeof met);
+    for (uint32_t y = 0; y < 64; y++)
+        for (uint32_t x = 0; x < 64; x++) {
+            struct lf_ray ray = {.origin = {0.3f, 0.1f, 1}, .direction = {0, 0, -1}, .far = INFINITY};
+            struct lf_hit hit;
+            bool stopped = lf_trace_pixel(s.tracer, &ray, LF_RAY_CAMERA, (const uint32_t[2]){x, y}, &hit);
+            met[stopped ? hit.distance > 1.5f : 2]++;
+        }
+    NEAR(met[0] / 4096.0, 1 / 3.0, 0.01);
+    NEAR(met[1] / 4096.0, 2 / 9.0, 0.02);
+    scene_close(&s);
+}
+
 static void test_alpha_masks_let_rays_through(void **state)
 {
     (void)state;
@@ -198,7 +241,7 @@ static void test_alpha_masks_let_rays_through(void **state)
     ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1);
     struct ng_material *m = ng_world_edit(s.world, material, NG_MATERIAL);
     m->base_color_texture = texture;
-    m->alpha_mask = true;
+    m->alpha_mode = NG_ALPHA_MASK;
     add_floor(&s, material);
     scene_frame(&s, 0);
     struct lf_ray left = make_ray(-0.6f, 0.1f, 1, 0, 0, -1), right = make_ray(0.6f, 0.1f, 1, 0, 0, -1);
@@ -272,7 +315,7 @@ static void test_textures_are_filtered_as_the_device_does(void **state)
                              .height = 2,
                              .levels = 1,
                              .format = NG_PIXEL_RGBA8,
-                             .repeat_u = true,
+                             .sampling.wrap_u = NG_WRAP_REPEAT,
                              .pixels = (void *)(uintptr_t)texels};
     struct lf_srgb srgb;
     float rgba[4];
@@ -287,6 +330,19 @@ static void test_textures_are_filtered_as_the_device_does(void **state)
     lf_texture_at(&srgb, &image, (const float[2]){-3.25f, 7}, rgba);
     NEAR(rgba[0], 0, 1e-6);
     NEAR(rgba[3], 1, 1e-6);
+    image.sampling.wrap_u = NG_WRAP_MIRROR;
+    lf_texture_at(&srgb, &image, (const float[2]){1.0f, 0.25f}, rgba); // beside its own image
+    NEAR(rgba[1], 128 / 255.0, 1e-6);
+    lf_texture_at(&srgb, &image, (const float[2]){-1.25f, 0.25f}, rgba);
+    NEAR(rgba[1], 128 / 255.0, 1e-6);
+    lf_texture_at(&srgb, &image, (const float[2]){1.75f, 0.25f}, rgba);
+    NEAR(rgba[1], 0, 1e-6);
+    image.sampling.magnify = NG_FILTER_NEAREST;
+    lf_texture_at(&srgb, &image, (const float[2]){0.51f, 0.49f}, rgba);
+    NEAR(rgba[1], 128 / 255.0, 1e-6);
+    lf_texture_at(&srgb, &image, (const float[2]){0.49f, 0.51f}, rgba);
+    NEAR(rgba[1], 1, 1e-6);
+    image.sampling = (struct ng_sampling){.wrap_u = NG_WRAP_REPEAT};
     lf_texture_at(&srgb, NULL, (const float[2]){0, 0}, rgba);
     assert_true(rgba[0] == 1 && rgba[3] == 1);
     image.format = NG_PIXEL_RGBA8_SRGB;
@@ -626,6 +682,7 @@ int main(void)
         cmocka_unit_test(test_triangles_overrule_normals_that_contradict_them),
         cmocka_unit_test(test_mirrored_placements_mirror_normal_maps),
         cmocka_unit_test(test_alpha_masks_let_rays_through),
+        cmocka_unit_test(test_blended_surfaces_stop_their_part),
         cmocka_unit_test(test_lights_have_exact_shapes),
         cmocka_unit_test(test_textures_are_filtered_as_the_device_does),
         cmocka_unit_test(test_updates_follow_what_moved),

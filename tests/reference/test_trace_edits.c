@@ -161,7 +161,7 @@ static void change_material(struct walk *w)
     if (!m)
         return;
     m->double_sided = ng_rng_below(&w->rng, 2);
-    m->alpha_mask = ng_rng_below(&w->rng, 2);
+    m->alpha_mode = ng_rng_below(&w->rng, 3);
     m->alpha = ng_rng_below(&w->rng, 2) ? 0.1f : 1; // nothing, or all
     m->roughness = ng_rng_float(&w->rng);
 }

@@ -83,10 +83,9 @@ static int open_room(void **state)
     r->material = (struct ng_snapshot_material){.base_color = {ALBEDO, ALBEDO, ALBEDO},
                                                 .roughness = 1,
                                                 .alpha = 1,
-                                                .base_color_image = NG_NONE,
-                                                .metallic_roughness_image = NG_NONE,
-                                                .normal_image = NG_NONE,
-                                                .emissive_image = NG_NONE};
+                                                .specular = 1,
+                                                .specular_color = {0.04f, 0.04f, 0.04f},
+                                                .textures = NG_SNAPSHOT_NO_TEXTURES};
     r->instance = (struct ng_snapshot_instance){.entity = {1 | 1ull << 32},
                                                 .light = NG_NONE,
                                                 .version = 1,

@@ -194,7 +194,8 @@ static void test_as_image(void **state)
     void *data;
     size_t size;
     assert_int_equal(ng_file_read(path, 0, &data, &size), NG_OK);
-    assert_int_equal(ng_image_decode(path, data, size, &(struct ng_image_params){.repeat_u = true}, &image),
+    assert_int_equal(ng_image_decode(path, data, size,
+                                     &(struct ng_image_params){.sampling.wrap_u = NG_WRAP_REPEAT}, &image),
                      NG_OK);
     free(data);
     assert_int_equal(image.format, NG_PIXEL_RGBA32F);

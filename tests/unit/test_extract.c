@@ -352,7 +352,8 @@ static void test_materials_that_come_and_go_mark_their_pieces(void **state)
     const uint32_t looks = NG_INSTANCE_DOUBLE_SIDED | NG_INSTANCE_MASKED;
     ng_entity a = add_piece(&s, "a", 0, 0, 0);
     struct ng_material *m = ng_world_edit(s.world, s.material, NG_MATERIAL), kept;
-    m->alpha_mask = m->double_sided = true;
+    m->alpha_mode = NG_ALPHA_MASK;
+    m->double_sided = true;
     kept = *m;
     assert_int_equal(instance_of(frame(&s, 0), a)->flags & looks, looks);
     OK(ng_world_remove(s.world, s.material, NG_MATERIAL));
@@ -399,7 +400,8 @@ static void test_textures_are_told_apart(void **state)
     assert_true(ng_assets_remove(s.assets, first)); // which a material still names
     n = frame(&s, 2);
     assert_true(n->emission_version == emission);
-    assert_int_equal(n->materials[instance_of(n, a)->material].base_color_image, NG_NONE);
+    assert_int_equal(n->materials[instance_of(n, a)->material].textures[NG_TEXTURE_BASE_COLOR].image,
+                     NG_NONE);
     assert_int_equal(moved_count(n), 1);
     assert_int_equal(moved_count(frame(&s, 3)), 0);
     assert_true(ng_assets_remove(s.assets, second));

@@ -78,7 +78,7 @@ static struct loaded everything(void)
     test_log_begin(&log);
     assert_int_equal(load(&l, "tests/files/good/everything.gltf"), NG_OK);
     test_log_end(&log);
-    assert_int_equal(log.warnings, 2); // BLEND and MIRRORED_REPEAT
+    assert_int_equal(log.warnings, 0);
     return l;
 }
 
@@ -171,18 +171,68 @@ static void test_materials(void **state)
     struct loaded l = everything();
     const struct ng_material *wood = ng_world_get(l.world, named(&l, "wood"), NG_MATERIAL);
     const struct ng_material *glow = ng_world_get(l.world, named(&l, "glow"), NG_MATERIAL);
-    assert_true(wood->alpha_mask && wood->double_sided);
+    assert_true(wood->alpha_mode == NG_ALPHA_MASK && wood->double_sided);
     assert_float_equal(wood->alpha_cutoff, 0.25, 0);
     assert_float_equal(wood->roughness, 0.5, 0);
     assert_float_equal(wood->normal_scale, 0.5, 0);
-    assert_true(glow->alpha_mask && !glow->double_sided);
+    assert_true(glow->alpha_mode == NG_ALPHA_BLEND && !glow->double_sided);
     assert_float_equal(glow->emissive_strength, 7, 0);
     const struct ng_image *color = ng_assets_image(l.assets, wood->base_color_texture);
     const struct ng_image *normal = ng_assets_image(l.assets, wood->normal_texture);
     assert_int_equal(color->format, NG_PIXEL_RGBA8_SRGB);
     assert_int_equal(normal->format, NG_PIXEL_RGBA8);
-    assert_true(!color->repeat_u && color->repeat_v && normal->repeat_u);
+    assert_true(color->sampling.wrap_u == NG_WRAP_CLAMP && color->sampling.wrap_v == NG_WRAP_MIRROR &&
+                normal->sampling.wrap_u == NG_WRAP_REPEAT);
     assert_int_equal(wood->normal_texture.id, wood->metallic_roughness_texture.id);
+    finish(&l);
+}
+
+// Extensions of materials; those that are not followed are named once, with their numbers.
+static void test_material_extensions(void **state)
+{
+    NG_UNUSED(state);
+    struct loaded l;
+    struct test_log log;
+    test_log_begin(&log);
+    assert_int_equal(load(&l, "tests/files/good/materials.gltf"), NG_OK);
+    test_log_end(&log);
+    assert_int_equal(log.warnings, 1);
+    assert_non_null(strstr(log.text, "KHR_materials_transmission (1)"));
+    assert_non_null(strstr(log.text, "KHR_materials_clearcoat (2)"));
+    const struct ng_material *glass = ng_world_get(l.world, named(&l, "glass"), NG_MATERIAL);
+    assert_true(glass->alpha_mode == NG_ALPHA_BLEND && !glass->unlit);
+    assert_float_equal(glass->ior, 2, 0);
+    assert_float_equal(glass->specular, 0.5, 0);
+    assert_float_equal(glass->specular_color[2], 2, 0);
+    assert_int_equal(glass->specular_color_uv_set, 1);
+    const struct ng_image *image = ng_assets_image(l.assets, glass->specular_color_texture);
+    assert_true(image->format == NG_PIXEL_RGBA8_SRGB && image->sampling.wrap_u == NG_WRAP_MIRROR &&
+                image->sampling.magnify == NG_FILTER_NEAREST && image->sampling.minify == NG_FILTER_NEAREST &&
+                image->sampling.mips == NG_MIP_LINEAR);
+    image = ng_assets_image(l.assets, glass->specular_texture);
+    assert_true(image->format == NG_PIXEL_RGBA8 && image->sampling.minify == NG_FILTER_LINEAR &&
+                image->sampling.mips == NG_MIP_NONE);
+
+    const struct ng_material *turned = ng_world_get(l.world, named(&l, "turned"), NG_MATERIAL);
+    assert_float_equal(turned->base_color_transform.offset[1], -1, 0);
+    assert_float_equal(turned->base_color_transform.rotation, 0.5, 0);
+    assert_float_equal(turned->base_color_transform.scale[1], 3, 0);
+    assert_int_equal(turned->base_color_uv_set, 1);
+    assert_true(((const struct ng_material *)ng_world_get(l.world, named(&l, "plain"), NG_MATERIAL))->unlit);
+
+    // F0 is the specular colour as it is; what it leaves is diffuse.
+    const struct ng_material *old = ng_world_get(l.world, named(&l, "old"), NG_MATERIAL);
+    assert_float_equal(old->ior, 0, 0);
+    assert_float_equal(old->specular_color[0], 0.5, 0);
+    assert_float_equal(old->alpha, 0.75, 0);
+    assert_float_equal(old->metallic, 0, 0);
+    const unsigned char *rough = ng_assets_image(l.assets, old->metallic_roughness_texture)->pixels;
+    assert_int_equal(rough[1], 128);          // 1 - 0.5 * 1
+    assert_int_equal(rough[4 + 1], 255 - 64); // 1 - 0.5 * 128 / 255
+    const unsigned char *base = ng_assets_image(l.assets, old->base_color_texture)->pixels;
+    assert_int_equal(base[0], 191); // 0.5 / 0.96, as sRGB
+    assert_int_equal(base[4], 0);
+    assert_int_equal(base[4 + 3], 128);
     finish(&l);
 }
 
@@ -434,6 +484,7 @@ int main(void)
         cmocka_unit_test(test_hierarchy),
         cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_materials),
+        cmocka_unit_test(test_material_extensions),
         cmocka_unit_test(test_lights_and_camera),
         cmocka_unit_test(test_animation),
         cmocka_unit_test(test_skin),

@@ -84,7 +84,7 @@ static const struct bad_file faulty_files[] = {
     {"image_encoded_zero", "image 0: \"a.png%00b\" holds the character %00"},
     {"image_escapes", "image 0: \"../good/x.png\" is not a file in the document"},
     {"image_view_range", "buffer view 9 is not one of 2"},
-    {"image_not_a_picture", "not a PNG, JPEG, OpenEXR or Radiance HDR picture"},
+    {"image_not_a_picture", "not a PNG, JPEG, WebP, OpenEXR or Radiance HDR picture"},
     {"image_truncated_png", "PNG"},
     {"buffer_missing", "buffer 0: tests/files/bad/missing.bin: cannot open"},
     {"buffer_type", "buffer 0: \"application/x-thing\" is not a type that the standard has"},

@@ -211,11 +211,11 @@ static void test_textures(void **state)
     put_picture("leaf%.png", true);
     load_materials(&l, "newmtl a\nKd 1 1 1\nmap_Kd .\\paint 1.png\n", "a", NULL);
     assert_true(material_of(&l, "a")->base_color_texture.id != 0);
-    assert_false(material_of(&l, "a")->alpha_mask);
+    assert_int_equal(material_of(&l, "a")->alpha_mode, NG_ALPHA_OPAQUE);
     finish(&l);
     // Of a path of another machine the file's name; what is transparent cuts holes.
     load_materials(&l, "newmtl a\nKd 1 1 1\nmap_Kd C:\\models\\leaf%.png\n", "a", NULL);
-    assert_true(material_of(&l, "a")->alpha_mask);
+    assert_int_equal(material_of(&l, "a")->alpha_mode, NG_ALPHA_MASK);
     finish(&l);
     load_materials(&l, "newmtl a\nKd 1 1 1\nmap_Kd -s 2 4 1 -o 0.5 0.25 0 paint 1.png\n", "a", NULL);
     ng_entity e = l.scene.root;

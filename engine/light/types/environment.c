@@ -12,8 +12,8 @@
 static struct ng_light_image map_of(const struct ng_light_source *s)
 {
     struct ng_light_image map = s->image;
-    map.repeat_u = true;
-    map.repeat_v = false;
+    map.wrap_u = NG_LIGHT_WRAP_REPEAT;
+    map.wrap_v = NG_LIGHT_WRAP_CLAMP;
     return map;
 }
 

@@ -31,9 +31,15 @@ NG_SHADER_FN float ng_brdf_albedo(float base, float metallic)
 {
     return base * (1.0f - metallic);
 }
-NG_SHADER_FN float ng_brdf_f0(float base, float metallic)
+// `dielectric`: the F0 of what is no metal, 0.04 for an index of refraction of 1.5.
+NG_SHADER_FN float ng_brdf_f0(float dielectric, float base, float metallic)
 {
-    return ng_mix(0.04f, base, metallic);
+    return ng_mix(dielectric, base, metallic);
+}
+// The same of KHR_materials_specular, whose colour holds what the index of refraction makes of it.
+NG_SHADER_FN float ng_brdf_dielectric(float specular_color, float specular)
+{
+    return ng_min(specular_color, 1.0f) * specular;
 }
 
 // Density of half vectors per steradian: its integral times n.h over the hemisphere is 1.

@@ -18,18 +18,23 @@
 #define ng_max   max
 #define ng_clamp clamp
 #define ng_mix   mix
+#define ng_uint  uint
+#define ng_float float
 
 #else
 
 #include <math.h>
+#include <stdint.h>
 
 #define NG_SHADER_FN    static inline
 #define NG_STRUCT(name) struct name
 
-#define ng_sqrt sqrtf
-#define ng_cos  cosf
-#define ng_sin  sinf
-#define ng_abs  fabsf
+#define ng_sqrt     sqrtf
+#define ng_cos      cosf
+#define ng_sin      sinf
+#define ng_abs      fabsf
+#define ng_uint     uint32_t
+#define ng_float(x) ((float)(x))
 
 // Comparisons, not fminf and fmaxf, so that loops vectorise; the second argument wins over a NaN.
 static inline float ng_min(float a, float b)

@@ -31,6 +31,15 @@ struct ng_instance_data {
     NG_UINT(flags);  // NG_INSTANCE_* of render/snapshot.h
 };
 
+// The textures of a material, in the order of their bindings in set 1 (enum ng_material_texture).
+#define NG_SLOT_BASE_COLOR         0
+#define NG_SLOT_METALLIC_ROUGHNESS 1
+#define NG_SLOT_NORMAL             2
+#define NG_SLOT_EMISSIVE           3
+#define NG_SLOT_SPECULAR           4
+#define NG_SLOT_SPECULAR_COLOR     5
+#define NG_MATERIAL_TEXTURES       6
+
 struct ng_material_data {
     NG_VEC3(base_color);
     NG_FLOAT(metallic);
@@ -38,24 +47,27 @@ struct ng_material_data {
     NG_FLOAT(roughness);
     NG_FLOAT(normal_scale);
     NG_FLOAT(alpha);
-    NG_FLOAT(alpha_cutoff); // 0: not masked
+    NG_FLOAT(alpha_cutoff); // of a mask
     NG_UINT(flags);         // NG_MATERIAL_*
+    NG_VEC3(specular_color);
+    NG_FLOAT(specular); // F0 of the dielectric part: specular * min(specular_color, 1), times textures
+    // Of each texture two rows (a, b, c): its coordinates are a u + b v + c. Only with NG_MATERIAL_MOVES_UV.
+    NG_VEC3_ARRAY(uv_rows, 2 * NG_MATERIAL_TEXTURES);
 };
 
 #ifdef GL_core_profile
 #define NG_INSTANCE_MIRRORED 2
 #define NG_INSTANCE_LAMP     16
 #endif
-#define NG_MATERIAL_DOUBLE_SIDED 1
-#define NG_MATERIAL_NORMAL_MAP   2
+#define NG_MATERIAL_DOUBLE_SIDED  1
+#define NG_MATERIAL_NORMAL_MAP    2
+#define NG_MATERIAL_SPECULAR_MAPS 4
+#define NG_MATERIAL_MOVES_UV      8
+#define NG_MATERIAL_UNLIT         16
+#define NG_MATERIAL_MASK          32
+#define NG_MATERIAL_BLEND         64
 // Shifted by a texture's slot: it uses the second set of texture coordinates.
-#define NG_MATERIAL_SECOND_UVS   16
-
-// The textures of a material, in the order of their bindings in set 1.
-#define NG_SLOT_BASE_COLOR         0
-#define NG_SLOT_METALLIC_ROUGHNESS 1
-#define NG_SLOT_NORMAL             2
-#define NG_SLOT_EMISSIVE           3
+#define NG_MATERIAL_SECOND_UVS    256
 
 // One direction in which a light looks at the scene: a cube face, a cone, or an orthographic slab.
 // A point p maps to the picture by q = p - origin: x = dot(q, axis_x) / w, y = dot(q, axis_y) / w, with

@@ -1,0 +1,42 @@
+// What a surface covers where it covers a part only: of a pixel, a texel of a light's map, or a ray. One
+// surface is drawn or not, so that any order gives the same, and nothing is sorted: it is drawn where its
+// alpha is above a threshold, which is above a in a share a of all places. GLSL and C include this text, so
+// that all methods see the same surface in a pixel.
+//
+// The thresholds of a surface over a picture are those of Roberts's additive sequences ("The unreasonable
+// effectiveness of quasirandom sequences", 2018): spread evenly over any few pixels. They are plane waves, in
+// whole numbers so that every processor has the same; two surfaces have two waves, or what is behind one of
+// them would be hidden by the other always or never.
+#ifndef NG_SHADERS_SHARED_COVERAGE_H
+#define NG_SHADERS_SHARED_COVERAGE_H
+
+#include "glsl_compat.h"
+
+#define NG_COVERAGE_STEP (1.0f / 16777216.0f)
+
+// A hash of 32 bits (Wellons's lowbias32).
+NG_SHADER_FN ng_uint ng_coverage_hash(ng_uint x)
+{
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    return x ^ (x >> 16);
+}
+
+// In [0, 1), of a surface in a place of a picture. `surface`: index of the entity and which side.
+NG_SHADER_FN float ng_coverage_threshold(ng_uint x, ng_uint y, ng_uint surface)
+{
+    ng_uint hash = ng_coverage_hash(surface);
+    // Steps along a row and from row to row, of 2^32: powers of the plastic number, in either order and
+    // direction; and bits of the hash, which turn the wave a little.
+    ng_uint a = (hash & 1u) != 0u ? 3242174889u : 2447445414u;
+    ng_uint b = (hash & 1u) != 0u ? 2447445414u : 3242174889u;
+    b = (hash & 2u) != 0u ? 0u - b : b;
+    a += (hash >> 2 & 15u) * 25345671u;
+    b += (hash >> 6 & 15u) * 19876553u;
+    ng_uint t = a * x + b * y + hash;
+    return ng_float(t >> 8) * NG_COVERAGE_STEP;
+}
+
+#endif
