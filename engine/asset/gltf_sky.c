@@ -5,7 +5,10 @@
 #include "asset/image_internal.h"
 #include "base/log.h"
 #include "components/components.h"
+#include "components/light_directional.h"
 #include "components/light_environment.h"
+#include "components/light_point.h"
+#include "components/light_spot.h"
 #include "components/transform.h"
 
 #include <math.h>
@@ -86,17 +89,38 @@ static ng_result make_map(struct gltf_loader *l, ng_asset *out)
     return NG_OK;
 }
 
+// Whether a light of the standard's kinds gives any light: files keep some at a strength of 0.
+static bool shines(const struct gltf_loader *l, ng_entity e)
+{
+    const struct ng_light_point *point = ng_world_get(l->world, e, NG_LIGHT_POINT);
+    const struct ng_light_spot *spot = ng_world_get(l->world, e, NG_LIGHT_SPOT);
+    const struct ng_light_directional *sun = ng_world_get(l->world, e, NG_LIGHT_DIRECTIONAL);
+    const float *color = point ? point->color : spot ? spot->color : sun ? sun->color : NULL;
+    float strength = point ? point->intensity : spot ? spot->intensity : sun ? sun->irradiance : 0;
+    return color && strength > 0 && (color[0] > 0 || color[1] > 0 || color[2] > 0);
+}
+
+// Lights of our own kinds may be dark because their author wants that.
+static bool has_light(const struct gltf_loader *l)
+{
+    bool shining = l->out.light_count && !l->out.foreign;
+    for (uint32_t i = 0; !shining && l->out.light_count && i < l->order_count; i++)
+        shining = shines(l, l->nodes[l->order[i]]);
+    return shining;
+}
+
 ng_result ng_gltf_sky(struct gltf_loader *l)
 {
     struct ng_light_environment sky;
-    if (!l->limits.default_light || l->out.light_count)
+    if (!l->limits.default_light || has_light(l))
         return NG_OK;
+    bool dark = l->out.light_count;
     memcpy(&sky, ng_light_environment_component.defaults, sizeof sky);
     NG_TRY(make_map(l, &sky.map));
     NG_TRY(ng_gltf_entity(l, l->out.root, "default sky", "sky", 0, &l->out.sky));
     NG_TRY(ng_gltf_add(l, l->out.sky, "default sky", NG_TRANSFORM, ng_transform_component.defaults));
     NG_TRY(ng_gltf_add(l, l->out.sky, "default sky", NG_LIGHT_ENVIRONMENT, &sky));
     l->out.light_count++;
-    ng_log_info("%s: has no light; a default sky lights it", l->path);
+    ng_log_info("%s: has no light%s; a default sky lights it", l->path, dark ? " that shines" : "");
     return NG_OK;
 }
