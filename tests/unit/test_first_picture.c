@@ -4,6 +4,7 @@
 #include "anim/clips.h"
 #include "asset/assets.h"
 #include "asset/gltf.h"
+#include "base/file.h"
 #include "components/animation.h"
 #include "components/camera.h"
 #include "components/components.h"
@@ -87,6 +88,27 @@ static void test_no_sky(void **state)
     assert_int_equal(load(&l, "no_camera", &(struct ng_gltf_params){.default_light = true}), NG_OK);
     assert_true(ng_entity_is_null(l.scene.sky));
     assert_int_equal(l.scene.light_count, 1);
+    finish(&l);
+}
+
+// A light of no strength is none; one that NG_scene switches off is dark because its author wants that.
+static void test_dark_lights(void **state)
+{
+    NG_UNUSED(state);
+    struct loaded l;
+    char path[512];
+    void *data;
+    size_t size;
+    assert_int_equal(ng_file_read("tests/files/good/no_camera.gltf", 0, &data, &size), NG_OK);
+    char *strength = strstr(data, "\"intensity\": 2.5");
+    assert_non_null(strength);
+    memcpy(strength, "\"intensity\": 0.0", strlen("\"intensity\": 0.0"));
+    test_path(path, sizeof path, "dark.gltf");
+    assert_int_equal(ng_file_write(path, data, size), NG_OK);
+    free(data);
+    assert_int_equal(load_path(&l, path, &(struct ng_gltf_params){.default_light = true}), NG_OK);
+    assert_false(ng_entity_is_null(l.scene.sky));
+    assert_int_equal(l.scene.light_count, 2);
     finish(&l);
 }
 
@@ -324,6 +346,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sky),
         cmocka_unit_test(test_no_sky),
+        cmocka_unit_test(test_dark_lights),
         cmocka_unit_test(test_emissive_meshes),
         cmocka_unit_test(test_many_emissive_meshes),
         cmocka_unit_test(test_made_camera),
