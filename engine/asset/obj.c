@@ -224,7 +224,8 @@ static ng_result read_lines(struct obj_model *m)
 }
 
 // ---- the whole -------------------------------------------------------------------------------------------
-static void finish(struct obj_model *m)
+// What primitives were made of, which is most.
+static void finish_lists(struct obj_model *m)
 {
     ng_array_finish(&m->positions);
     ng_array_finish(&m->colors);
@@ -232,6 +233,11 @@ static void finish(struct obj_model *m)
     ng_array_finish(&m->uvs);
     ng_array_finish(&m->corners);
     ng_array_finish(&m->faces);
+}
+
+static void finish(struct obj_model *m)
+{
+    finish_lists(m);
     ng_array_finish(&m->parts);
     ng_array_finish(&m->materials);
     ng_array_finish(&m->images);
@@ -315,6 +321,7 @@ static ng_result write_all(struct obj_model *m, unsigned char **glb, size_t *siz
     NG_TRY(ng_obj_write_materials(m));
     NG_TRY(ng_obj_write_meshes(m));
     write_nodes(m, &roots);
+    finish_lists(m);
     ng_result r = m->result;
     if (r == NG_OK)
         r = ng_obj_glb_end(&m->glb, m->faults->path, m->source->title, m->source->copyright, &roots, glb,

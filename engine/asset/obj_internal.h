@@ -1,7 +1,7 @@
 // Wavefront OBJ with MTL, made into a GLB in memory, which is then loaded as any other: rules, limits,
-// warnings and saving are glTF's. obj_text.cc reads the lines, obj.c keeps what they say, obj_surface.c makes
-// primitives of it, obj_material.c materials, obj_glb.c writes. Source: B1 Object Files (Wavefront, 1992) and
-// what programs write today.
+// warnings and saving are glTF's. obj_text.cc reads the lines, obj.c keeps what they say, obj_faces.c and
+// obj_surface.c make primitives of it, obj_material.c materials, obj_glb.c writes. Source: B1 Object Files
+// (Wavefront, 1992) and what programs write today.
 #ifndef NG_ASSET_OBJ_INTERNAL_H
 #define NG_ASSET_OBJ_INTERNAL_H
 
@@ -178,7 +178,14 @@ struct obj_model {
 // faces use.
 NG_NODISCARD ng_result ng_obj_write_materials(struct obj_model *m);
 uint32_t ng_obj_plain_material(struct obj_model *m);
-// Drops faces that cannot be drawn, gives every corner a normal, writes meshes of the parts.
+// Drops faces that cannot be drawn; an error if none is left.
+NG_NODISCARD ng_result ng_obj_drop_faces(struct obj_model *m);
+// Gives a normal to each corner that has none.
+NG_NODISCARD ng_result ng_obj_make_normals(struct obj_model *m);
+const float *ng_obj_position(const struct obj_model *m, int32_t v);
+// Twice the area of a face, times its normal (Newell's method).
+void ng_obj_area(const struct obj_model *m, const struct obj_face *f, double out[3]);
+// Does both, writes meshes of the parts.
 NG_NODISCARD ng_result ng_obj_write_meshes(struct obj_model *m);
 // The two nodes above all others that fit the model: one scales and moves, below it one turns.
 void ng_obj_write_fit(struct obj_model *m, const struct obj_text *children);

@@ -18,14 +18,19 @@ bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r';
 }
 
+// Bytes of the mark that some programs begin a text with.
+size_t bom(const char *text, size_t size)
+{
+    return size >= 3 && std::equal(text, text + 3, "\xef\xbb\xbf") ? 3 : 0;
+}
+
 // Feeds one line at a time, so that what is told in between comes in the file's order.
 class Lines : public std::streambuf
 {
   public:
     Lines(const char *text, size_t size, const obj_events *e) : at(text), end(text + size), events(e)
     {
-        if (size >= 3 && std::equal(text, text + 3, "\xef\xbb\xbf"))
-            at += 3;
+        at += bom(text, size);
     }
 
   protected:
@@ -160,7 +165,7 @@ struct Bytes : std::streambuf {
     Bytes(const char *text, size_t size)
     {
         char *p = const_cast<char *>(text);
-        setg(p, p, p + size);
+        setg(p, p + bom(text, size), p + size);
     }
 };
 
@@ -187,7 +192,7 @@ const char *unfollowed_of(const tinyobj::material_t &m)
 obj_material material_of(const tinyobj::material_t &m)
 {
     obj_material out = {};
-    out.name = m.name.c_str();
+    out.name = m.name.c_str() + std::min(m.name.find_first_not_of(" \t"), m.name.size());
     std::copy_n(m.diffuse, 3, out.diffuse);
     std::copy_n(m.specular, 3, out.specular);
     std::copy_n(m.emission, 3, out.emission);

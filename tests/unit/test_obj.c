@@ -182,7 +182,8 @@ static void test_materials(void **state)
     NG_UNUSED(state);
     struct loaded l;
     load_materials(&l,
-                   "newmtl unused\nKd 0 0 1\n\nnewmtl red paint\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 30\nillum 2\n",
+                   "\xef\xbb\xbfnewmtl  unused\nKd 0 0 1\n\nnewmtl  red paint \r\nKd 1 0 0\nKs 0.5 0.5 "
+                   "0.5\nNs 30\nillum 2\n",
                    "red paint", NULL);
     const struct ng_material *m = material_of(&l, "red paint");
     assert_int_equal(l.scene.material_count, 1);
