@@ -1,5 +1,5 @@
-// The values of a file into the tables of a document. What is missing has the standard's default here;
-// whether indices and numbers make sense is for those to see who use them.
+// A file into the tables of a document: what is asked of it first, and what is added to what tinygltf reads.
+// Whether indices and numbers make sense is for those to see who use them.
 #include "asset/catalogue_internal.h"
 #include "asset/gltf_internal.h"
 #include "base/file.h"
@@ -115,23 +115,13 @@ static void warn_ignored(const char *path, const struct gltf_value *root)
 }
 
 // ---- tables ----------------------------------------------------------------------------------------------
+// tinygltf has filled them. What the value `v` of an item says beyond that is added to it here: extensions,
+// and what tinygltf does not take.
 struct maker {
     struct gltf_document *doc;
     struct gltf_faults *faults;
     ng_result result; // the first that failed
 };
-
-// Zeroed; null with a `count` of 0 where memory is short.
-static void *table(struct maker *m, const struct gltf_value *list, size_t size, uint32_t *count)
-{
-    *count = list ? list->count : 0;
-    void *items = ng_arena_array(&m->doc->arena, *count, size);
-    if (!items) {
-        m->result = ng_out_of_memory(m->faults->path);
-        *count = 0;
-    }
-    return items;
-}
 
 static const struct gltf_value *extensions_of(const struct gltf_value *v)
 {
@@ -145,162 +135,74 @@ static const struct gltf_value *scene_extension(const struct gltf_value *v)
     return extension && extension->kind == GLTF_OBJECT ? extension : NULL;
 }
 
-// None if one of them is no number.
-static struct gltf_numbers numbers(struct maker *m, const struct gltf_value *v, const char *key)
+// Adds to one item of a table what an item of the document says.
+typedef void make_fn(struct maker *m, const struct gltf_value *v, void *item);
+
+// `items` is the document's own, which are constant only for those who use them later.
+static void make_all(struct maker *m, const struct gltf_value *list, size_t size, make_fn *make,
+                     const void *items, uint32_t count)
 {
-    struct gltf_numbers out;
-    const struct gltf_value *list = ng_gltf_array(v, key);
-    double *items = table(m, list, sizeof *items, &out.count);
-    out.items = items;
-    for (uint32_t i = 0; i < out.count; i++) {
-        if (list->items[i].kind != GLTF_NUMBER)
-            return (struct gltf_numbers){items, 0};
-        items[i] = list->items[i].number;
-    }
-    return out;
+    for (uint32_t i = 0; list && i < count && i < list->count; i++)
+        make(m, &list->items[i], (char *)items + i * size);
 }
 
-// A factor of `count` numbers, all `missing` where the file has none or another count.
-static struct gltf_numbers factor(struct maker *m, const struct gltf_value *v, const char *key,
-                                  uint32_t count, double missing)
+// Strides that tinygltf refuses are reported with the accessor whose elements they do not fit.
+static void make_view(struct maker *m, const struct gltf_value *v, void *item)
 {
-    struct gltf_numbers given = numbers(m, v, key);
-    if (given.count == count)
-        return given;
-    if (given.count && m->result == NG_OK)
-        m->result = ng_gltf_fault(m->faults, "the default is used", "%s: has %u numbers, not %u", key,
-                                  given.count, count);
-    double *items = ng_arena_array(&m->doc->arena, count, sizeof *items);
-    for (uint32_t i = 0; items && i < count; i++)
-        items[i] = missing;
-    if (!items)
-        m->result = ng_out_of_memory(m->faults->path);
-    return (struct gltf_numbers){items, items ? count : 0};
-}
-
-// Indices; what is none is -1.
-static const int *indices(struct maker *m, const struct gltf_value *v, const char *key, uint32_t *count)
-{
-    const struct gltf_value *list = ng_gltf_array(v, key);
-    int *items = table(m, list, sizeof *items, count);
-    for (uint32_t i = 0; i < *count; i++)
-        items[i] = list->items[i].kind == GLTF_NUMBER ? (int)list->items[i].number : -1;
-    return items;
-}
-
-static void make_view(struct maker *m, const struct gltf_value *v, void *out)
-{
+    struct gltf_view *view = item;
     NG_UNUSED(m);
-    *(struct gltf_view *)out = (struct gltf_view){
-        .buffer = ng_gltf_index(v, "buffer", -1),
-        .offset = (size_t)ng_gltf_number(v, "byteOffset", 0),
-        .length = (size_t)ng_gltf_number(v, "byteLength", 0),
-        .stride = (size_t)ng_gltf_number(v, "byteStride", 0),
-        .extensions = extensions_of(v),
-    };
+    if (!view->stride)
+        view->stride = (size_t)ng_gltf_number(v, "byteStride", 0);
+    view->extensions = extensions_of(v);
 }
 
-static uint32_t components_of(const char *type)
+static void make_accessor(struct maker *m, const struct gltf_value *v, void *item)
 {
-    static const struct {
-        const char *name;
-        uint32_t components;
-    } types[] = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4},
-                 {"MAT2", 4},   {"MAT3", 9}, {"MAT4", 16}};
-    for (size_t i = 0; i < NG_COUNT(types); i++)
-        if (strcmp(type, types[i].name) == 0)
-            return types[i].components;
-    return 0;
-}
-
-static void make_accessor(struct maker *m, const struct gltf_value *v, void *out)
-{
+    struct gltf_accessor *a = item;
     NG_UNUSED(m);
-    const struct gltf_value *sparse = ng_gltf_member(v, "sparse");
-    const struct gltf_value *at = ng_gltf_member(sparse, "indices"),
-                            *values = ng_gltf_member(sparse, "values");
-    *(struct gltf_accessor *)out = (struct gltf_accessor){
-        .view = ng_gltf_index(v, "bufferView", -1),
-        .offset = (size_t)ng_gltf_number(v, "byteOffset", 0),
-        .count = (size_t)ng_gltf_number(v, "count", 0),
-        .component_type = ng_gltf_index(v, "componentType", 0),
-        .components = components_of(ng_gltf_text(v, "type", "")),
-        .normalized = ng_gltf_bool(v, "normalized", false),
-        .sparse = sparse && sparse->kind == GLTF_OBJECT,
-        .sparse_count = (size_t)ng_gltf_number(sparse, "count", 0),
-        .sparse_index_type = ng_gltf_index(at, "componentType", 0),
-        .sparse_index_view = ng_gltf_index(at, "bufferView", -1),
-        .sparse_index_offset = (size_t)ng_gltf_number(at, "byteOffset", 0),
-        .sparse_value_view = ng_gltf_index(values, "bufferView", -1),
-        .sparse_value_offset = (size_t)ng_gltf_number(values, "byteOffset", 0),
-    };
+    if (a->component_type == GLTF_F64)
+        a->component_type = ng_gltf_index(v, "componentType", 0);
+    if (!ng_gltf_type_width(ng_gltf_text(v, "type", "")))
+        a->components = 0;
 }
 
-static void make_primitive(struct maker *m, const struct gltf_value *v, void *out)
+static void make_primitive(struct maker *m, const struct gltf_value *v, void *item)
 {
-    const struct gltf_value *list = ng_gltf_member(v, "attributes");
-    struct gltf_primitive p = {
-        .indices = ng_gltf_index(v, "indices", -1),
-        .material = ng_gltf_index(v, "material", -1),
-        .mode = ng_gltf_index(v, "mode", GLTF_TRIANGLES),
-        .targets = ng_gltf_array(v, "targets"),
-        .extension = scene_extension(v),
-        .extensions = extensions_of(v),
-    };
-    struct gltf_attribute *attributes =
-        table(m, list && list->kind == GLTF_OBJECT ? list : NULL, sizeof *attributes, &p.attribute_count);
-    uint32_t count = p.attribute_count;
-    p.attribute_count = 0;
-    for (uint32_t i = 0; i < count; i++)
-        if (list->items[i].kind == GLTF_NUMBER)
-            attributes[p.attribute_count++] =
-                (struct gltf_attribute){list->items[i].key, (int)list->items[i].number};
-    p.attributes = attributes;
-    p.target_count = p.targets ? p.targets->count : 0;
-    *(struct gltf_primitive *)out = p;
+    struct gltf_primitive *p = item;
+    NG_UNUSED(m);
+    if (p->indices < 0)
+        p->indices = ng_gltf_index(v, "indices", -1);
+    p->targets = ng_gltf_array(v, "targets");
+    p->extension = scene_extension(v);
+    p->extensions = extensions_of(v);
 }
 
-// One item of an array of the document into one of a table.
-typedef void make_fn(struct maker *m, const struct gltf_value *v, void *out);
-
-static const void *make_all(struct maker *m, const struct gltf_value *list, size_t size, make_fn *make,
-                            uint32_t *count)
+static void make_mesh(struct maker *m, const struct gltf_value *v, void *item)
 {
-    char *items = table(m, list, size, count);
-    for (uint32_t i = 0; i < *count; i++)
-        make(m, &list->items[i], items + i * size);
-    return items;
+    struct gltf_mesh *mesh = item;
+    make_all(m, ng_gltf_array(v, "primitives"), sizeof *mesh->primitives, make_primitive, mesh->primitives,
+             mesh->primitive_count);
 }
 
-static void make_mesh(struct maker *m, const struct gltf_value *v, void *out)
+static void make_node(struct maker *m, const struct gltf_value *v, void *item)
 {
-    struct gltf_mesh *mesh = out;
-    mesh->name = ng_gltf_text(v, "name", "");
-    mesh->weights = numbers(m, v, "weights");
-    mesh->primitives = make_all(m, ng_gltf_array(v, "primitives"), sizeof *mesh->primitives, make_primitive,
-                                &mesh->primitive_count);
+    struct gltf_node *n = item;
+    NG_UNUSED(m);
+    n->light = ng_gltf_index(ng_gltf_member(extensions_of(v), "KHR_lights_punctual"), "light", -1);
+    n->extension = scene_extension(v);
+    n->extensions = extensions_of(v);
 }
 
-static void make_node(struct maker *m, const struct gltf_value *v, void *out)
+// Of a factor of another count tinygltf has seen nothing.
+static void check_factor(struct maker *m, const struct gltf_value *v, const char *key, uint32_t count)
 {
-    struct gltf_node *n = out;
-    *n = (struct gltf_node){
-        .name = ng_gltf_text(v, "name", ""),
-        .mesh = ng_gltf_index(v, "mesh", -1),
-        .skin = ng_gltf_index(v, "skin", -1),
-        .camera = ng_gltf_index(v, "camera", -1),
-        .light = ng_gltf_index(ng_gltf_member(extensions_of(v), "KHR_lights_punctual"), "light", -1),
-        .matrix = numbers(m, v, "matrix"),
-        .translation = numbers(m, v, "translation"),
-        .rotation = numbers(m, v, "rotation"),
-        .scale = numbers(m, v, "scale"),
-        .weights = numbers(m, v, "weights"),
-        .extension = scene_extension(v),
-        .extensions = extensions_of(v),
-    };
-    n->children = indices(m, v, "children", &n->child_count);
+    uint32_t given = ng_gltf_number_count(ng_gltf_array(v, key));
+    if (given && given != count && m->result == NG_OK)
+        m->result =
+            ng_gltf_fault(m->faults, "the default is used", "%s: has %u numbers, not %u", key, given, count);
 }
 
+// Of an extension; those of the core are tinygltf's.
 struct gltf_texture_use ng_gltf_texture_use(const struct gltf_value *v, const char *key)
 {
     const struct gltf_value *use = ng_gltf_member(v, key);
@@ -311,59 +213,41 @@ struct gltf_texture_use ng_gltf_texture_use(const struct gltf_value *v, const ch
     };
 }
 
-static void make_material(struct maker *m, const struct gltf_value *v, void *out)
+static void make_texture_use(const struct gltf_value *v, const char *key, struct gltf_texture_use *use)
 {
+    use->extensions = extensions_of(ng_gltf_member(v, key));
+}
+
+static void make_material(struct maker *m, const struct gltf_value *v, void *item)
+{
+    struct gltf_material *out = item;
     const struct gltf_value *pbr = ng_gltf_member(v, "pbrMetallicRoughness");
-    const struct gltf_value *normal = ng_gltf_member(v, "normalTexture");
     const struct gltf_value *strength = ng_gltf_member(extensions_of(v), "KHR_materials_emissive_strength");
-    *(struct gltf_material *)out = (struct gltf_material){
-        .name = ng_gltf_text(v, "name", ""),
-        .alpha_mode = ng_gltf_text(v, "alphaMode", "OPAQUE"),
-        .base_color = factor(m, pbr, "baseColorFactor", 4, 1),
-        .emissive = factor(m, v, "emissiveFactor", 3, 0),
-        .metallic = ng_gltf_number(pbr, "metallicFactor", 1),
-        .roughness = ng_gltf_number(pbr, "roughnessFactor", 1),
-        .alpha_cutoff = ng_gltf_number(v, "alphaCutoff", 0.5),
-        .normal_scale = ng_gltf_number(normal, "scale", 1),
-        .emissive_strength = ng_gltf_number(strength, "emissiveStrength", 1),
-        .double_sided = ng_gltf_bool(v, "doubleSided", false),
-        .base_color_texture = ng_gltf_texture_use(pbr, "baseColorTexture"),
-        .metallic_roughness_texture = ng_gltf_texture_use(pbr, "metallicRoughnessTexture"),
-        .normal_texture = ng_gltf_texture_use(v, "normalTexture"),
-        .emissive_texture = ng_gltf_texture_use(v, "emissiveTexture"),
-        .extension = scene_extension(v),
-        .extensions = extensions_of(v),
-    };
+    check_factor(m, pbr, "baseColorFactor", 4);
+    check_factor(m, v, "emissiveFactor", 3);
+    out->emissive_strength = ng_gltf_number(strength, "emissiveStrength", 1);
+    make_texture_use(pbr, "baseColorTexture", &out->base_color_texture);
+    make_texture_use(pbr, "metallicRoughnessTexture", &out->metallic_roughness_texture);
+    make_texture_use(v, "normalTexture", &out->normal_texture);
+    make_texture_use(v, "emissiveTexture", &out->emissive_texture);
+    out->extension = scene_extension(v);
+    out->extensions = extensions_of(v);
 }
 
-static void make_texture(struct maker *m, const struct gltf_value *v, void *out)
+static void make_texture(struct maker *m, const struct gltf_value *v, void *item)
 {
+    struct gltf_texture *t = item;
     NG_UNUSED(m);
-    *(struct gltf_texture *)out = (struct gltf_texture){
-        .image = ng_gltf_index(v, "source", -1),
-        .webp = ng_gltf_index(ng_gltf_member(extensions_of(v), "EXT_texture_webp"), "source", -1),
-        .sampler = ng_gltf_index(v, "sampler", -1),
-        .extensions = extensions_of(v),
-    };
+    t->webp = ng_gltf_index(ng_gltf_member(extensions_of(v), "EXT_texture_webp"), "source", -1);
+    t->extensions = extensions_of(v);
 }
 
-static void make_sampler(struct maker *m, const struct gltf_value *v, void *out)
-{
-    const int repeat = 10497;
-    NG_UNUSED(m);
-    *(struct gltf_sampler *)out = (struct gltf_sampler){
-        .wrap_s = ng_gltf_index(v, "wrapS", repeat),
-        .wrap_t = ng_gltf_index(v, "wrapT", repeat),
-        .mag_filter = ng_gltf_index(v, "magFilter", 0),
-        .min_filter = ng_gltf_index(v, "minFilter", 0),
-    };
-}
-
-static void make_image(struct maker *m, const struct gltf_value *v, void *out)
+// Their bytes are not tinygltf's to find, so it is told of none.
+static void make_image(struct maker *m, const struct gltf_value *v, void *item)
 {
     NG_UNUSED(m);
     const char *uri = ng_gltf_text(v, "uri", ""), *name_end = strrchr(uri, '.');
-    *(struct gltf_image *)out = (struct gltf_image){
+    *(struct gltf_image *)item = (struct gltf_image){
         .name = ng_gltf_text(v, "name", ""),
         .uri = uri,
         .view = ng_gltf_index(v, "bufferView", -1),
@@ -372,108 +256,59 @@ static void make_image(struct maker *m, const struct gltf_value *v, void *out)
     };
 }
 
-static void make_camera(struct maker *m, const struct gltf_value *v, void *out)
+// tinygltf has only cameras of one of its two types.
+static void make_camera(struct maker *m, const struct gltf_value *v, void *item)
 {
+    struct gltf_camera *c = item;
     const char *type = ng_gltf_text(v, "type", "");
-    const struct gltf_value *perspective = ng_gltf_member(v, "perspective");
-    const struct gltf_value *orthographic = ng_gltf_member(v, "orthographic");
     NG_UNUSED(m);
-    *(struct gltf_camera *)out = (struct gltf_camera){
-        .perspective = strcmp(type, "perspective") == 0,
-        .orthographic = strcmp(type, "orthographic") == 0,
-        .fov_y = ng_gltf_number(perspective, "yfov", 0),
-        .near_plane = ng_gltf_number(perspective ? perspective : orthographic, "znear", 0),
-        .x_mag = ng_gltf_number(orthographic, "xmag", 0),
-        .y_mag = ng_gltf_number(orthographic, "ymag", 0),
-    };
+    c->perspective = c->perspective && strcmp(type, "perspective") == 0;
+    c->orthographic = c->orthographic && strcmp(type, "orthographic") == 0;
 }
 
-static void make_light(struct maker *m, const struct gltf_value *v, void *out)
+static void make_animation(struct maker *m, const struct gltf_value *v, void *item)
 {
-    const double quarter_pi = 0.78539816339744830962;
-    const struct gltf_value *spot = ng_gltf_member(v, "spot");
-    *(struct gltf_light *)out = (struct gltf_light){
-        .name = ng_gltf_text(v, "name", ""),
-        .type = ng_gltf_text(v, "type", ""),
-        .color = numbers(m, v, "color"),
-        .intensity = ng_gltf_number(v, "intensity", 1),
-        .inner_angle = ng_gltf_number(spot, "innerConeAngle", 0),
-        .outer_angle = ng_gltf_number(spot, "outerConeAngle", quarter_pi),
-    };
-}
-
-static void make_skin(struct maker *m, const struct gltf_value *v, void *out)
-{
-    struct gltf_skin *skin = out;
-    skin->name = ng_gltf_text(v, "name", "");
-    skin->inverse_bind = ng_gltf_index(v, "inverseBindMatrices", -1);
-    skin->skeleton = ng_gltf_index(v, "skeleton", -1);
-    skin->joints = indices(m, v, "joints", &skin->joint_count);
-}
-
-static void make_channel(struct maker *m, const struct gltf_value *v, void *out)
-{
-    const struct gltf_value *target = ng_gltf_member(v, "target");
+    struct gltf_animation *a = item;
     NG_UNUSED(m);
-    *(struct gltf_channel *)out = (struct gltf_channel){
-        .sampler = ng_gltf_index(v, "sampler", -1),
-        .node = ng_gltf_index(target, "node", -1),
-        .path = ng_gltf_text(target, "path", ""),
-    };
-}
-
-static void make_keys(struct maker *m, const struct gltf_value *v, void *out)
-{
-    NG_UNUSED(m);
-    *(struct gltf_keys *)out = (struct gltf_keys){
-        .input = ng_gltf_index(v, "input", -1),
-        .output = ng_gltf_index(v, "output", -1),
-        .interpolation = ng_gltf_text(v, "interpolation", "LINEAR"),
-    };
-}
-
-static void make_animation(struct maker *m, const struct gltf_value *v, void *out)
-{
-    struct gltf_animation *a = out;
-    a->name = ng_gltf_text(v, "name", "");
-    a->channels =
-        make_all(m, ng_gltf_array(v, "channels"), sizeof *a->channels, make_channel, &a->channel_count);
-    a->samplers =
-        make_all(m, ng_gltf_array(v, "samplers"), sizeof *a->samplers, make_keys, &a->sampler_count);
     a->extension = scene_extension(v);
 }
 
-static void make_scene(struct maker *m, const struct gltf_value *v, void *out)
+static void make_scene(struct maker *m, const struct gltf_value *v, void *item)
 {
-    struct gltf_scene *scene = out;
-    scene->name = ng_gltf_text(v, "name", "");
-    scene->nodes = indices(m, v, "nodes", &scene->node_count);
+    struct gltf_scene *scene = item;
+    NG_UNUSED(m);
     scene->extension = scene_extension(v);
 }
 
-static ng_result make_document(struct gltf_faults *faults, struct gltf_document *d)
+static bool allocate_images(struct gltf_document *d)
+{
+    const struct gltf_value *list = ng_gltf_array(d->root, "images");
+    d->image_count = list ? list->count : 0;
+    d->images = ng_arena_array(&d->arena, d->image_count, sizeof *d->images);
+    return d->images != NULL;
+}
+
+static ng_result make_document(struct gltf_faults *faults, const struct ng_gltf_params *params,
+                               struct gltf_document *d)
 {
     struct maker m = {.doc = d, .faults = faults};
-    const struct gltf_value *root = d->root;
-    const struct gltf_value *lights = ng_gltf_member(extensions_of(root), "KHR_lights_punctual");
+    NG_TRY(ng_gltf_tables(faults->path, params->max_file_size, d));
+    if (!allocate_images(d))
+        return ng_out_of_memory(faults->path);
 #define TABLE(member, make, counter, list)                                                                   \
-    d->member = make_all(&m, (list), sizeof *d->member, (make), &d->counter)
-    TABLE(views, make_view, view_count, ng_gltf_array(root, "bufferViews"));
-    TABLE(accessors, make_accessor, accessor_count, ng_gltf_array(root, "accessors"));
-    TABLE(meshes, make_mesh, mesh_count, ng_gltf_array(root, "meshes"));
-    TABLE(nodes, make_node, node_count, ng_gltf_array(root, "nodes"));
-    TABLE(materials, make_material, material_count, ng_gltf_array(root, "materials"));
-    TABLE(textures, make_texture, texture_count, ng_gltf_array(root, "textures"));
-    TABLE(samplers, make_sampler, sampler_count, ng_gltf_array(root, "samplers"));
-    TABLE(images, make_image, image_count, ng_gltf_array(root, "images"));
-    TABLE(cameras, make_camera, camera_count, ng_gltf_array(root, "cameras"));
-    TABLE(lights, make_light, light_count, ng_gltf_array(lights, "lights"));
-    TABLE(skins, make_skin, skin_count, ng_gltf_array(root, "skins"));
-    TABLE(animations, make_animation, animation_count, ng_gltf_array(root, "animations"));
-    TABLE(scenes, make_scene, scene_count, ng_gltf_array(root, "scenes"));
+    make_all(&m, ng_gltf_array(d->root, (list)), sizeof *d->member, (make), d->member, d->counter)
+    TABLE(views, make_view, view_count, "bufferViews");
+    TABLE(accessors, make_accessor, accessor_count, "accessors");
+    TABLE(meshes, make_mesh, mesh_count, "meshes");
+    TABLE(nodes, make_node, node_count, "nodes");
+    TABLE(materials, make_material, material_count, "materials");
+    TABLE(textures, make_texture, texture_count, "textures");
+    TABLE(images, make_image, image_count, "images");
+    TABLE(cameras, make_camera, camera_count, "cameras");
+    TABLE(animations, make_animation, animation_count, "animations");
+    TABLE(scenes, make_scene, scene_count, "scenes");
 #undef TABLE
-    d->scene = ng_gltf_index(root, "scene", -1);
-    d->extensions = extensions_of(root);
+    d->extensions = extensions_of(d->root);
     return m.result;
 }
 
@@ -513,7 +348,7 @@ static ng_result read_document(struct gltf_faults *faults, const struct ng_gltf_
     doc->hash = ng_hash_bytes(0, data, size);
     doc->bytes = size;
     NG_TRY(ng_gltf_buffers(faults, params, &container, doc));
-    return make_document(faults, doc);
+    return make_document(faults, params, doc);
 }
 
 ng_result ng_gltf_parse(const char *path, const struct ng_gltf_params *params, struct gltf_faults *faults,

@@ -1,8 +1,10 @@
 // A glTF document as plain C.
 //
 // gltf_json.cc makes values of the JSON, and sees that it is neither too deep nor too large and that what
-// glTF names has the right type; gltf_document.c makes the document of the values, gltf_buffer.c finds its
-// bytes. Indices are the file's (-1: absent) and may be out of range.
+// glTF names has the right type; gltf_normal.c writes of the values a text in which tinygltf finds nothing
+// wrong, gltf_tinygltf.cc has it read that into the document's tables, and gltf_document.c adds to them what
+// tinygltf does not take; gltf_buffer.c finds the bytes. Indices are the file's (-1: absent) and may be out
+// of range.
 #ifndef NG_ASSET_GLTF_INTERNAL_H
 #define NG_ASSET_GLTF_INTERNAL_H
 
@@ -93,7 +95,7 @@ struct gltf_view {
     const struct gltf_value *extensions;
 };
 
-enum { GLTF_I8 = 5120, GLTF_U8, GLTF_I16, GLTF_U16, GLTF_U32 = 5125, GLTF_F32 };
+enum { GLTF_I8 = 5120, GLTF_U8, GLTF_I16, GLTF_U16, GLTF_U32 = 5125, GLTF_F32, GLTF_F64 = 5130 };
 
 struct gltf_accessor {
     int view;
@@ -254,6 +256,26 @@ bool ng_gltf_bool(const struct gltf_value *object, const char *key, bool missing
 struct gltf_texture_use ng_gltf_texture_use(const struct gltf_value *object, const char *key);
 // A member that is an array, or null.
 const struct gltf_value *ng_gltf_array(const struct gltf_value *object, const char *key);
+// The length of an array (or null) of numbers; 0 if one of its items is none.
+uint32_t ng_gltf_number_count(const struct gltf_value *list);
+// The components of an accessor's type; 0: the standard has no such type.
+uint32_t ng_gltf_type_width(const char *type);
+// The shortest JSON that reads back as the same number, finite; a whole one without a point or an exponent.
+// Returns its length; no zero follows it.
+#define NG_GLTF_NUMBER_SIZE 32
+size_t ng_gltf_number_text(double v, char out[NG_GLTF_NUMBER_SIZE]);
+
+// ---- gltf_normal.c, gltf_tinygltf.cc ---------------------------------------------------------------------
+struct gltf_normal {
+    char *items; // JSON, without a zero at its end
+    size_t count, capacity;
+    size_t value_count; // members and items
+};
+// What the engine uses of a document, as tinygltf takes it. False when out of memory.
+bool ng_gltf_normal(const struct gltf_value *root, struct gltf_normal *out);
+// Fills the tables, but for buffers and images, by tinygltf; which may take `limit` bytes for it.
+// There are as many items in each as in the file. Fields that extensions define are as if there were none.
+NG_NODISCARD ng_result ng_gltf_tables(const char *path, uint64_t limit, struct gltf_document *doc);
 
 // ---- gltf_document.c, gltf_buffer.c ----------------------------------------------------------------------
 // Reads and parses a file; buffers are read too, images are not.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <climits>
 #include <cmath>
 #include <cstdio>
@@ -519,4 +520,14 @@ ng_result ng_gltf_json(gltf_faults *faults, const char *text, size_t size, ng_ar
     } catch (const std::exception &) {
         return ng_out_of_memory(faults->path);
     }
+}
+
+size_t ng_gltf_number_text(double v, char out[NG_GLTF_NUMBER_SIZE])
+{
+    constexpr double exact = 9007199254740992; // 2^53
+    char *end = out + NG_GLTF_NUMBER_SIZE;
+    if (v == 0 && std::signbit(v)) // -0 would read back as a whole number, which has no sign
+        return (size_t)(std::copy_n("-0.0", 4, out) - out);
+    bool whole = std::fabs(v) < exact && v == std::floor(v);
+    return (size_t)((whole ? std::to_chars(out, end, (int64_t)v) : std::to_chars(out, end, v)).ptr - out);
 }

@@ -47,3 +47,24 @@ const struct gltf_value *ng_gltf_array(const struct gltf_value *object, const ch
 {
     return member_of_kind(object, key, GLTF_ARRAY);
 }
+
+uint32_t ng_gltf_type_width(const char *type)
+{
+    static const struct {
+        const char *name;
+        uint32_t components;
+    } types[] = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4},
+                 {"MAT2", 4},   {"MAT3", 9}, {"MAT4", 16}};
+    for (size_t i = 0; i < NG_COUNT(types); i++)
+        if (strcmp(type, types[i].name) == 0)
+            return types[i].components;
+    return 0;
+}
+
+uint32_t ng_gltf_number_count(const struct gltf_value *list)
+{
+    for (uint32_t i = 0; list && i < list->count; i++)
+        if (list->items[i].kind != GLTF_NUMBER)
+            return 0;
+    return list ? list->count : 0;
+}
