@@ -282,7 +282,7 @@ ng_result ng_gltf_components(struct gltf_loader *l, ng_entity e, const char *whe
         return NG_OK;
     for (uint32_t i = 0; i < extension->count; i++) {
         const struct gltf_value *member = &extension->items[i];
-        if (special && strcmp(member->key, special) == 0)
+        if (special && (strcmp(member->key, special) == 0 || strcmp(member->key, "exact") == 0))
             continue;
         if (strcmp(member->key, "components") == 0)
             NG_TRY(read_components(l, e, where, member));

@@ -231,8 +231,9 @@ NG_NODISCARD ng_result ng_gltf_cage(struct gltf_loader *l, const char *where, co
 
 // ---- gltf_repair.c ---------------------------------------------------------------------------------------
 // What vertices have after reading: triangles without a place are left out, normals and tangents made unit
-// vectors and computed where they are none. Indices may be out of range; all numbers may be NaN.
-NG_NODISCARD ng_result ng_gltf_repair_geometry(struct gltf_loader *l, const char *where,
+// vectors and computed where they are none. Indices may be out of range; all numbers may be NaN. `exact`:
+// vectors that are of unit length but for rounding stay as they are.
+NG_NODISCARD ng_result ng_gltf_repair_geometry(struct gltf_loader *l, const char *where, bool exact,
                                                struct ng_geometry *g);
 // Makes times increase, and values finite; rotations of unit length.
 NG_NODISCARD ng_result ng_gltf_repair_keys(struct gltf_loader *l, const char *where, struct ng_channel *c);

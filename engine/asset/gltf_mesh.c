@@ -268,6 +268,12 @@ static int normal_uv_set(const struct gltf_loader *l, const struct gltf_primitiv
     return l->doc->materials[p->material].normal_texture.uv_set;
 }
 
+// NG_scene's "exact": normals and tangents are as a world had them, to the bit.
+static bool is_exact(const struct gltf_primitive *p)
+{
+    return ng_gltf_bool(p->extension, "exact", false);
+}
+
 static ng_result read_vertices(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                                struct ng_geometry *g, struct gltf_shape *out)
 {
@@ -302,7 +308,7 @@ static ng_result build(struct gltf_loader *l, const struct gltf_primitive *p, co
     const struct gltf_value *member = ng_gltf_member(p->extension, "cage");
     NG_TRY(read_arrays(l, p, where, p->target_count || member, g, out));
     NG_TRY(make_triangles(l, p, where, g));
-    NG_TRY(ng_gltf_repair_geometry(l, where, g));
+    NG_TRY(ng_gltf_repair_geometry(l, where, is_exact(p), g));
     NG_TRY(ng_gltf_targets(l, p, where, g));
     out->has_cage = member;
     if (member)
@@ -376,7 +382,7 @@ static uint64_t shape_key(const struct gltf_loader *l, const struct gltf_primiti
 {
     uint64_t h =
         ng_hash_combine((uint64_t)(uint32_t)p->indices << 32 | (uint32_t)p->mode, p->attribute_count);
-    h = ng_hash_combine(h, normal_uv_set(l, p) == 1);
+    h = ng_hash_combine(h, (normal_uv_set(l, p) == 1) + 2u * is_exact(p));
     for (uint32_t i = 0; i < p->attribute_count; i++) {
         h = ng_hash_combine(h, ng_hash_string(p->attributes[i].name));
         h = ng_hash_combine(h, (uint32_t)p->attributes[i].accessor);

@@ -178,11 +178,14 @@ static void place_unused(struct ng_geometry *g)
             memcpy(g->positions + i * 3, somewhere, 3 * sizeof(float));
 }
 
-static bool normalize(float *v)
+// Gives a vector length 1. `exact`: what has it nearly is the bits that were saved, and stays.
+static bool normalize(float *v, bool exact)
 {
     float length = glm_vec3_norm(v);
     if (!(length > 1e-20f) || !isfinite(length))
         return false;
+    if (exact && fabsf(length - 1) < 1e-4f)
+        return true;
     for (int i = 0; i < 3; i++)
         v[i] /= length;
     return true;
@@ -207,16 +210,16 @@ static void compute_normals(struct ng_geometry *g, const bool *marked)
                 glm_vec3_add(g->normals + v[k] * (size_t)3, n, g->normals + v[k] * (size_t)3);
     }
     for (size_t i = 0; i < g->vertex_count; i++)
-        if (marked[i] && !normalize(g->normals + i * 3))
+        if (marked[i] && !normalize(g->normals + i * 3, false))
             memcpy(g->normals + i * 3, (float[]){0, 1, 0}, 3 * sizeof(float));
 }
 
-static ng_result repair_normals(struct gltf_loader *l, const char *where, struct ng_geometry *g)
+static ng_result repair_normals(struct gltf_loader *l, const char *where, bool exact, struct ng_geometry *g)
 {
     bool *marked = calloc(g->vertex_count, sizeof *marked), any = false;
     ng_result r = marked ? NG_OK : ng_out_of_memory(l->path);
     for (uint32_t i = 0; r == NG_OK && i < g->vertex_count; i++) {
-        if (normalize(g->normals + i * (size_t)3))
+        if (normalize(g->normals + i * (size_t)3, exact))
             continue;
         marked[i] = any = true;
         r = ng_gltf_fault(&l->faults, "it is computed", "%s: the NORMAL of vertex %u has no direction", where,
@@ -229,18 +232,18 @@ static ng_result repair_normals(struct gltf_loader *l, const char *where, struct
 }
 
 // One without a direction gets one that is at right angles to the normal: its texture says nothing better.
-static ng_result repair_tangents(struct gltf_loader *l, const char *where, struct ng_geometry *g)
+static ng_result repair_tangents(struct gltf_loader *l, const char *where, bool exact, struct ng_geometry *g)
 {
     for (uint32_t i = 0; i < g->vertex_count; i++) {
         float *t = g->tangents + i * (size_t)4;
         t[3] = t[3] < 0 ? -1.0f : 1.0f;
-        if (normalize(t))
+        if (normalize(t, exact))
             continue;
         vec3 normal = {0, 0, 1};
         if (g->normals)
             glm_vec3_copy(g->normals + i * (size_t)3, normal);
         glm_vec3_ortho(normal, t);
-        if (!normalize(t))
+        if (!normalize(t, false))
             memcpy(t, (float[]){1, 0, 0}, 3 * sizeof(float));
         NG_TRY(ng_gltf_fault(&l->faults, "it is computed", "%s: the TANGENT of vertex %u has no direction",
                              where, i));
@@ -262,14 +265,14 @@ static ng_result repair_uvs(struct gltf_loader *l, const char *where, uint32_t v
     return NG_OK;
 }
 
-ng_result ng_gltf_repair_geometry(struct gltf_loader *l, const char *where, struct ng_geometry *g)
+ng_result ng_gltf_repair_geometry(struct gltf_loader *l, const char *where, bool exact, struct ng_geometry *g)
 {
     NG_TRY(drop_triangles(l, where, g));
     place_unused(g);
     if (g->normals)
-        NG_TRY(repair_normals(l, where, g));
+        NG_TRY(repair_normals(l, where, exact, g));
     if (g->tangents)
-        NG_TRY(repair_tangents(l, where, g));
+        NG_TRY(repair_tangents(l, where, exact, g));
     NG_TRY(repair_uvs(l, where, g->vertex_count, g->uvs));
     return repair_uvs(l, where, g->vertex_count, g->uvs1);
 }

@@ -254,18 +254,25 @@ static bool same_roles(const struct gltf_saver *s, ng_entity parent)
     return true;
 }
 
-static void write_children(struct gltf_saver *s, const struct gltf_saved *p)
+static void list_children(struct gltf_saver *s, ng_entity parent, cJSON *json, const char *key);
+
+// A document without scenes means that all roots are in it; one is made where something is to be said of it.
+static cJSON *need_scene(struct gltf_saver *s)
 {
-    const char *key = p->role == GLTF_ROOT ? "nodes" : "children";
-    cJSON *json = ng_gltf_saved_json(s, p), *list = NULL;
-    if (p->kept && same_children(s, p->entity) && same_roles(s, p->entity))
-        return;
-    if (!json) { // no scene at all meant that all roots are in it
-        ng_gltf_append(&s->w, NG_GLTF_SCENES, &json);
-        ng_gltf_json_number(&s->w, s->w.root, "scene", 0);
-    }
+    cJSON *scene = scene_json(s);
+    if (scene)
+        return scene;
+    ng_gltf_append(&s->w, NG_GLTF_SCENES, &scene);
+    ng_gltf_json_number(&s->w, s->w.root, "scene", 0);
+    list_children(s, s->root, scene, "nodes");
+    return scene;
+}
+
+static void list_children(struct gltf_saver *s, ng_entity parent, cJSON *json, const char *key)
+{
+    cJSON *list = NULL;
     ng_gltf_json_remove(json, key);
-    for (ng_entity e = ng_world_first_child(s->world, p->entity); !ng_entity_is_null(e);
+    for (ng_entity e = ng_world_first_child(s->world, parent); !ng_entity_is_null(e);
          e = ng_world_next_sibling(s->world, e)) {
         const struct gltf_saved *child = ng_gltf_saved(s, e);
         if (!child || child->role != GLTF_NODE)
@@ -276,6 +283,19 @@ static void write_children(struct gltf_saver *s, const struct gltf_saved *p)
         if (index)
             cJSON_AddItemToArray(list, index);
     }
+}
+
+static void write_children(struct gltf_saver *s, const struct gltf_saved *p)
+{
+    if (p->kept && same_children(s, p->entity) && same_roles(s, p->entity))
+        return;
+    cJSON *json = ng_gltf_saved_json(s, p);
+    if (p->role != GLTF_ROOT)
+        list_children(s, p->entity, json, "children");
+    else if (json)
+        list_children(s, p->entity, json, "nodes");
+    else
+        need_scene(s);
 }
 
 // ---- what is gone ----------------------------------------------------------------------------------------
@@ -292,11 +312,13 @@ static void empty(cJSON *object)
         cJSON_Delete(cJSON_DetachItemViaPointer(object, object->child));
 }
 
+// Whether a skin that a node has is moved by another node.
 static bool is_joint(const struct gltf_saver *s, int node)
 {
-    for (size_t i = 0; i < s->w.lists[NG_GLTF_SKINS].count; i++) {
-        const cJSON *joint;
-        cJSON_ArrayForEach(joint, ng_gltf_json_get(s->w.lists[NG_GLTF_SKINS].items[i], "joints"))
+    for (size_t i = 0; i < s->w.lists[NG_GLTF_NODES].count; i++) {
+        const cJSON *joint, *user = s->w.lists[NG_GLTF_NODES].items[i];
+        const cJSON *skin = ng_gltf_at(&s->w, NG_GLTF_SKINS, ng_gltf_json_index(user, "skin"));
+        cJSON_ArrayForEach(joint, ng_gltf_json_get(skin, "joints"))
         {
             if (cJSON_IsNumber(joint) && joint->valuedouble == node)
                 return true;
@@ -306,12 +328,26 @@ static bool is_joint(const struct gltf_saver *s, int node)
 }
 
 // A node that is gone leaves an empty one outside of the scene: no index moves. A joint must be in the scene.
-static void leave_node(struct gltf_saver *s, int index)
+static void keep_joint(struct gltf_saver *s, int index)
 {
-    empty(ng_gltf_at(&s->w, NG_GLTF_NODES, index));
-    cJSON *number = is_joint(s, index) ? cJSON_CreateNumber(index) : NULL;
-    if (number)
-        cJSON_AddItemToArray(ng_gltf_json_list(&s->w, scene_json(s), "nodes"), number);
+    cJSON *number = cJSON_CreateNumber(index), *list = ng_gltf_json_list(&s->w, need_scene(s), "nodes");
+    s->w.failed |= !number;
+    if (number && list)
+        cJSON_AddItemToArray(list, number);
+}
+
+// What has no name is called by its index when it is loaded: one that moves gets what it was called.
+static void name_moved(struct gltf_saver *s, enum ng_gltf_list list, enum gltf_role role, const int *moved)
+{
+    for (size_t i = 0; i < s->origin->entities.count; i++) {
+        const struct gltf_kept *kept = &s->origin->entities.items[i];
+        if (kept->role != role || moved[kept->index] < 0 || moved[kept->index] == kept->index)
+            continue;
+        cJSON *object = ng_gltf_at(&s->w, list, moved[kept->index]);
+        const struct ng_name *name = ng_world_get(s->world, kept->entity, NG_NAME);
+        if (name && !ng_gltf_json_get(object, "name"))
+            ng_gltf_json_text(&s->w, object, "name", name->text);
+    }
 }
 
 // Loading makes an entity of every material and clip, so these leave no place. `moved`: old index -> new one.
@@ -337,6 +373,8 @@ static int *leave_places(struct gltf_saver *s, enum ng_gltf_list list, enum gltf
         s->w.lists[list].items[left++] = item;
     }
     s->w.lists[list].count = moved ? left : count;
+    if (moved && left < count)
+        name_moved(s, list, role, moved);
     if (moved && count && !left)
         ng_gltf_json_remove(s->w.root, list == NG_GLTF_MATERIALS ? "materials" : "animations");
     return moved;
@@ -373,7 +411,12 @@ static void leave_gone(struct gltf_saver *s)
     for (size_t i = 0; s->origin && i < s->origin->entities.count; i++) {
         const struct gltf_kept *kept = &s->origin->entities.items[i];
         if (kept->role == GLTF_NODE && is_gone(s, kept))
-            leave_node(s, kept->index);
+            empty(ng_gltf_at(&s->w, NG_GLTF_NODES, kept->index));
+    }
+    for (size_t i = 0; s->origin && i < s->origin->entities.count; i++) {
+        const struct gltf_kept *kept = &s->origin->entities.items[i];
+        if (kept->role == GLTF_NODE && is_gone(s, kept) && is_joint(s, kept->index))
+            keep_joint(s, kept->index);
     }
     size_t count = s->w.lists[NG_GLTF_MATERIALS].count;
     int *moved = leave_places(s, NG_GLTF_MATERIALS, GLTF_MATERIAL);
@@ -387,22 +430,25 @@ static void leave_gone(struct gltf_saver *s)
 
 static void save_scene(struct gltf_saver *s, const struct gltf_saved *p)
 {
-    ng_gltf_save_name(s, p, scene_json(s));
-    ng_gltf_save_component(s, p, scene_json(s), NG_TRANSFORM, NG_GLTF_IMPLIED);
-    ng_gltf_save_others(s, p, scene_json(s), (uint64_t)1 << NG_TRANSFORM);
+    cJSON *scene = p->kept && is_untouched(s, p->kept) && !s->explicit ? scene_json(s) : need_scene(s);
+    ng_gltf_save_name(s, p, scene);
+    ng_gltf_save_component(s, p, scene, NG_TRANSFORM, NG_GLTF_IMPLIED);
+    ng_gltf_save_others(s, p, scene, (uint64_t)1 << NG_TRANSFORM);
 }
 
-// A radius that loading computed would be another one for another scene: it is then written down.
+// A scale that loading computed would be another one for another scene: it is then written down.
 static void keep_scale(struct gltf_saver *s, const struct gltf_saved *root)
 {
+    const cJSON *scenes = ng_gltf_json_get(s->origin->json, "scenes");
+    int index = ng_gltf_json_index(s->origin->json, "scene");
+    const cJSON *scene = cJSON_GetArrayItem(scenes, index < 0 ? 0 : index);
+    const cJSON *ours = ng_gltf_json_get(ng_gltf_json_get(scene, "extensions"), "NG_scene");
+    bool given = ng_gltf_json_get(ng_gltf_json_get(ours, "components"), "scene_scale");
     struct gltf_saved fresh = *root;
     fresh.kept = NULL;
-    cJSON *scene = scene_json(s);
-    const cJSON *ours = ng_gltf_json_get(ng_gltf_json_get(scene, "extensions"), "NG_scene");
-    bool written = ng_gltf_json_get(ng_gltf_json_get(ours, "components"), "scene_scale");
-    if (scene && !written && has(s, s->root, NG_SCENE_SCALE) &&
-        !cJSON_Compare(s->w.root, s->origin->json, true))
-        ng_gltf_save_component(s, &fresh, scene, NG_SCENE_SCALE, 0);
+    if (!given && has(s, s->root, NG_SCENE_SCALE) &&
+        (s->explicit || !cJSON_Compare(s->w.root, s->origin->json, true)))
+        ng_gltf_save_component(s, &fresh, need_scene(s), NG_SCENE_SCALE, 0);
 }
 
 static ng_result save_entities(struct gltf_saver *s)
@@ -462,28 +508,52 @@ static void finish(struct gltf_saver *s)
     ng_array_finish(&s->meshes);
     ng_array_finish(&s->textures);
     ng_array_finish(&s->skins);
+    ng_array_finish(&s->accessor_uses);
+    ng_array_finish(&s->view_uses);
     ng_array_finish(&s->mesh_users);
     ng_array_finish(&s->beside);
     ng_array_finish(&s->owned);
+}
+
+static ng_result make(struct gltf_saver *s)
+{
+    NG_TRY(start(s));
+    return save_entities(s);
+}
+
+static bool uses_scene(const struct gltf_saver *s)
+{
+    const cJSON *name;
+    cJSON_ArrayForEach(name, ng_gltf_json_get(s->w.root, "extensionsUsed"))
+    {
+        if (cJSON_IsString(name) && strcmp(name->valuestring, "NG_scene") == 0)
+            return true;
+    }
+    return false;
 }
 
 ng_result ng_gltf_save(const char *path, const struct ng_gltf_save_params *p)
 {
     NG_REQUIRE(path && p->world && p->assets, "path, world and assets must be given");
     NG_REQUIRE(ng_entity_alive(p->world, p->root), "the root of what is saved must be there");
-    struct gltf_saver s = {.path = path,
-                           .binary = ends_in(path, "glb"),
-                           .world = p->world,
-                           .assets = p->assets,
-                           .root = p->root,
-                           .origin = p->origin};
+    const struct gltf_saver fresh = {.path = path,
+                                     .binary = ends_in(path, "glb"),
+                                     .world = p->world,
+                                     .assets = p->assets,
+                                     .root = p->root,
+                                     .origin = p->origin};
+    struct gltf_saver s = fresh;
     if (!ng_gltf_save_knows(path)) {
         ng_log_error("%s: a scene is saved as .glb or .gltf", path);
         return NG_ERROR_USAGE;
     }
-    ng_result r = start(&s);
-    if (r == NG_OK)
-        r = save_entities(&s);
+    ng_result r = make(&s);
+    if (r == NG_OK && p->origin && p->origin->foreign && (uses_scene(&s) || s.lost_made)) {
+        finish(&s);
+        s = fresh;
+        s.explicit = true;
+        r = make(&s);
+    }
     if (r == NG_OK)
         r = ng_gltf_save_write(&s);
     finish(&s);

@@ -71,14 +71,30 @@ static const struct ng_field *find_field(const struct gltf_saver *s, const struc
     return NULL;
 }
 
+// Whether what a channel drives is in the document.
+static bool has_target(const struct gltf_saver *s, const struct ng_channel *c)
+{
+    const struct gltf_saved *p = ng_gltf_saved(s, c->target);
+    return p && (p->role == GLTF_NODE || p->role == GLTF_MATERIAL) &&
+           ng_world_has(s->world, c->target, c->component);
+}
+
+static bool have_targets(const struct gltf_saver *s, const struct ng_clip *clip)
+{
+    for (uint32_t i = 0; i < clip->channel_count; i++)
+        if (!has_target(s, &clip->channels[i]))
+            return false;
+    return true;
+}
+
 static void add_channel(struct gltf_saver *s, cJSON *animation, const struct ng_channel *c,
                         struct times *last)
 {
     const struct gltf_saved *p = ng_gltf_saved(s, c->target);
     const struct ng_field *f = find_field(s, c);
-    if (!f || !p || (p->role != GLTF_NODE && p->role != GLTF_MATERIAL)) {
-        if (!s->warned_channel && !ng_entity_is_null(c->target))
-            ng_log_warn("%s: a channel drives what is neither a node nor a material; it is left out",
+    if (!f || !has_target(s, c)) {
+        if (!s->warned_channel)
+            ng_log_warn("%s: channels of what is gone, or neither a node nor a material, are left out",
                         s->path);
         s->warned_channel = true;
         return;
@@ -98,6 +114,7 @@ static void add_channel(struct gltf_saver *s, cJSON *animation, const struct ng_
 static void put_clip(struct gltf_saver *s, cJSON *animation, const struct ng_clip *clip)
 {
     struct times last = {0};
+    ng_gltf_release_animation(s, animation);
     ng_gltf_json_remove(animation, "channels");
     ng_gltf_json_remove(animation, "samplers");
     ng_gltf_json_remove(cJSON_GetObjectItemCaseSensitive(
@@ -115,8 +132,8 @@ void ng_gltf_save_animation(struct gltf_saver *s, const struct gltf_saved *p)
     const struct ng_animation *was = ng_gltf_kept_value(s->origin, s->world, p->kept, NG_ANIMATION);
     const struct ng_clip *clip = ng_assets_clip(s->assets, now->clip);
     ng_gltf_save_name(s, p, json);
-    if (clip &&
-        (!was || was->clip.id != now->clip.id || !ng_gltf_kept_asset(s->origin, s->assets, now->clip)))
+    if (clip && (!was || was->clip.id != now->clip.id ||
+                 !ng_gltf_kept_asset(s->origin, s->assets, now->clip) || !have_targets(s, clip)))
         put_clip(s, json, clip);
     ng_gltf_save_component(s, p, json, NG_ANIMATION, NG_GLTF_IMPLIED);
     ng_gltf_save_others(s, p, json, (uint64_t)1 << NG_ANIMATION);

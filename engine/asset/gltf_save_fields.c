@@ -115,7 +115,7 @@ static void normalize4(float *v)
         v[i] /= length;
 }
 
-void ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, const float *value, float *out)
+bool ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, const float *value, float *out)
 {
     float got[4];
     for (int k = 0; k < 4096; k++) {
@@ -124,9 +124,10 @@ void ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, cons
             out[i] = got[i] = (float)((double)value[i] * scale);
         normalize(got);
         if (memcmp(got, value, width * sizeof *value) == 0)
-            return;
+            return true;
     }
     memcpy(out, value, width * sizeof *value);
+    return false;
 }
 
 static void set_entity(struct gltf_saver *s, cJSON *component, const struct ng_field *f, ng_entity e)
@@ -209,22 +210,28 @@ void ng_gltf_save_component(struct gltf_saver *s, const struct gltf_saved *p, cJ
     const char *was = ng_gltf_kept_value(s->origin, s->world, p->kept, component);
     bool has = ng_world_has(s->world, p->entity, component);
     if (!has) {
+        s->lost_made |= p->kept && p->kept->components >> component & 1;
         cJSON *scene = cJSON_GetObjectItemCaseSensitive(cJSON_GetObjectItemCaseSensitive(json, "extensions"),
                                                         "NG_scene");
         ng_gltf_json_remove(cJSON_GetObjectItemCaseSensitive(scene, "components"), desc->name);
         return;
     }
-    if (!was && !standard)
+    if ((!was || s->explicit) && !standard)
         ng_gltf_json_component(&s->w, json, desc->name);
     for (uint32_t i = 0; i < desc->field_count; i++) {
-        const struct ng_field *f = &desc->fields[i];
-        if (is_elsewhere(component, f) || (was && !ng_gltf_field_changed(s, p, component, f)))
-            continue;
         static const char zeros[64];
+        const struct ng_field *f = &desc->fields[i];
         const char *start = desc->defaults ? (const char *)desc->defaults + f->offset : zeros;
-        if (standard >> i & 1)
+        bool in_place = standard >> i & 1;
+        bool differs = memcmp(now + f->offset, start, ng_field_size(f->type)) != 0;
+        if (is_elsewhere(component, f))
+            continue;
+        bool write = was ? ng_gltf_field_changed(s, p, component, f) : in_place || differs;
+        if (!write && !(s->explicit && !in_place && differs))
+            continue;
+        if (in_place)
             ng_gltf_json_remove(find_component(json, desc->name), f->name);
-        else if (was || memcmp(now + f->offset, start, ng_field_size(f->type)) != 0)
+        else
             set_field(s, ng_gltf_json_component(&s->w, json, desc->name), f, now + f->offset);
     }
 }

@@ -39,11 +39,17 @@ static const char *const out_of_memory = "saving";
 
 // ---- buffers ---------------------------------------------------------------------------------------------
 
+// A buffer that has no bytes: an extension says what is in it.
+static bool is_virtual(const cJSON *buffer)
+{
+    return get(get(buffer, "extensions"), "EXT_meshopt_compression");
+}
+
 void ng_gltf_save_choose_buffer(struct gltf_saver *s)
 {
     size_t count = s->w.lists[NG_GLTF_BUFFERS].count;
     const cJSON *first = ng_gltf_at(&s->w, NG_GLTF_BUFFERS, 0);
-    bool usable = first && !get(first, "extensions") && s->origin && s->origin->doc->buffer_count;
+    bool usable = first && !is_virtual(first) && s->origin && s->origin->doc->buffer_count;
     s->w.buffer = usable ? 0 : (int)count;
     s->w.data_offset = usable ? (s->origin->doc->buffers[0].size + 3) / 4 * 4 : 0;
 }
@@ -74,9 +80,10 @@ static ng_result find_contents(struct gltf_saver *s, struct content **out)
     for (size_t i = 0; i < count && s->origin && i < s->origin->doc->buffer_count; i++)
         contents[i] = (struct content){s->origin->doc->buffers[i].data, s->origin->doc->buffers[i].size};
     *out = contents;
-    if (!w->data.count)
+    if (!w->data.count) // then nothing was released, either
         return NG_OK;
     struct content *c = &contents[w->buffer];
+    c->data = ng_gltf_save_compact(s, c->data, &c->size);
     unsigned char *all = own(s, w->data_offset + w->data.count);
     if (!all)
         return ng_out_of_memory(out_of_memory);
@@ -119,7 +126,7 @@ static bool holds(const char *path, const void *data, size_t size)
 {
     void *found = NULL;
     size_t found_size = 0;
-    bool same = ng_file_read(path, size + 1, &found, &found_size) == NG_OK && found_size == size &&
+    bool same = ng_file_read(path, 0, &found, &found_size) == NG_OK && found_size == size &&
                 (size == 0 || memcmp(found, data, size) == 0);
     free(found);
     return same;
@@ -223,7 +230,7 @@ static ng_result place_buffer(struct gltf_saver *s, cJSON *buffer, const struct 
         return s->w.data.count && buffer == ng_gltf_at(&s->w, NG_GLTF_BUFFERS, s->w.buffer)
                    ? embed_buffer(s, buffer, c)
                    : NG_OK;
-    if (!c->data || (!uri && get(buffer, "extensions")))
+    if (!c->data || is_virtual(buffer))
         return NG_OK;
     if (uri)
         return put_named(s, buffer, uri, c->data, c->size);
@@ -297,7 +304,7 @@ static bool may_merge(const struct gltf_saver *s)
 {
     for (size_t i = 0; i < s->w.lists[NG_GLTF_BUFFERS].count; i++) {
         const cJSON *buffer = s->w.lists[NG_GLTF_BUFFERS].items[i];
-        if (get(buffer, "extensions") || (i > 0 && get(buffer, "extras")))
+        if (is_virtual(buffer) || (i > 0 && (get(buffer, "extensions") || get(buffer, "extras"))))
             return false;
     }
     return true;
@@ -354,16 +361,17 @@ static ng_result pack(struct gltf_saver *s, struct content *out)
     pack_images(s);
     NG_TRY(find_contents(s, &contents));
     cJSON *first = ng_gltf_at(&s->w, NG_GLTF_BUFFERS, 0);
+    bool packed = first && !is_virtual(first) && contents[0].size;
     if (first && may_merge(s)) {
         NG_TRY(merge(s, contents));
-    } else {
-        for (size_t i = 1; i < s->w.lists[NG_GLTF_BUFFERS].count; i++) {
-            const char *uri = text_of(s->w.lists[NG_GLTF_BUFFERS].items[i], "uri");
-            if (uri && !is_data_uri(uri))
-                NG_TRY(embed_buffer(s, s->w.lists[NG_GLTF_BUFFERS].items[i], &contents[i]));
-        }
+        packed = contents[0].size;
     }
-    if (first && !get(first, "extensions") && contents[0].size) {
+    for (size_t i = packed; i < s->w.lists[NG_GLTF_BUFFERS].count; i++) {
+        const char *uri = text_of(s->w.lists[NG_GLTF_BUFFERS].items[i], "uri");
+        if (contents[i].data && !is_data_uri(uri))
+            NG_TRY(embed_buffer(s, s->w.lists[NG_GLTF_BUFFERS].items[i], &contents[i]));
+    }
+    if (packed) {
         cJSON_DeleteItemFromObjectCaseSensitive(first, "uri");
         ng_gltf_json_number(&s->w, first, "byteLength", (double)contents[0].size);
         *out = contents[0];

@@ -115,6 +115,7 @@ static void put_png(struct gltf_saver *s, cJSON *object, const struct ng_image *
 // The pixels as they are now, in an image of the document.
 static void put_pixels(struct gltf_saver *s, cJSON *object, const struct ng_image *image)
 {
+    ng_gltf_release_view(s, ng_gltf_json_index(object, "bufferView"));
     ng_gltf_json_remove(object, "uri");
     ng_gltf_json_remove(object, "bufferView");
     ng_gltf_json_remove(object, "mimeType");

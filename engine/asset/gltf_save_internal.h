@@ -59,12 +59,18 @@ struct gltf_saver {
     ng_entity root;
     const struct ng_gltf_origin *origin;
     struct ng_gltf_writer w;
+    // Loading makes more of a file in which nothing is NG_scene's (emitters, exposure, which clips play).
+    // Once something is, that has to be written.
+    bool explicit;
+    bool lost_made;                     // what loading makes of such a file was taken away
     NG_ARRAY(struct gltf_saved) places; // by the entity's index
     NG_ARRAY(struct gltf_driven) driven;
     NG_ARRAY(struct gltf_written) written;
     NG_ARRAY(struct gltf_made_mesh) meshes;
     NG_ARRAY(struct gltf_index_of) textures, skins; // that were found or made
-    NG_ARRAY(uint32_t) mesh_users;                  // nodes that have a mesh
+    NG_ARRAY(uint32_t) accessor_uses, view_uses;    // gltf_save_slots.c
+    bool slots_known, released_view;
+    NG_ARRAY(uint32_t) mesh_users; // nodes that have a mesh
     NG_ARRAY(struct gltf_beside) beside;
     NG_ARRAY(void *) owned; // bytes that `beside` borrows
     int copies_of;          // the node whose copies were looked at last: whether they stay
@@ -106,7 +112,8 @@ void ng_gltf_save_name(struct gltf_saver *s, const struct gltf_saved *p, struct 
 // The bit of a field.
 uint64_t ng_gltf_field_bit(const struct gltf_saver *s, ng_component component, const char *name);
 // Scales a vector a little, so that loading, which makes it of unit length (or sum), gives this one again.
-void ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, const float *value, float *out);
+// False if no scale does; `out` is then the vector itself.
+bool ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, const float *value, float *out);
 
 // ---- gltf_save_image.c, gltf_save_material.c -------------------------------------------------------------
 // A texture of this image.
@@ -124,6 +131,15 @@ void ng_gltf_save_mesh(struct gltf_saver *s, const struct gltf_saved *p);
 void ng_gltf_save_node(struct gltf_saver *s, const struct gltf_saved *p);
 int ng_gltf_save_skin(struct gltf_saver *s, ng_asset skeleton);
 void ng_gltf_save_animation(struct gltf_saver *s, const struct gltf_saved *p);
+
+// ---- gltf_save_slots.c -----------------------------------------------------------------------------------
+// What refers to accessors and views is about to be written anew: those that nothing else needs become free.
+void ng_gltf_release_primitive(struct gltf_saver *s, const struct cJSON *primitive);
+void ng_gltf_release_animation(struct gltf_saver *s, const struct cJSON *animation);
+void ng_gltf_release_view(struct gltf_saver *s, int view);
+// The bytes that the buffer of added data begins with, without those that became free; `*size` of them.
+// Owned by the saver.
+const unsigned char *ng_gltf_save_compact(struct gltf_saver *s, const unsigned char *old, size_t *size);
 
 // ---- gltf_save_files.c -----------------------------------------------------------------------------------
 // Says where data that are added will stand: in the first buffer, if it can take them.

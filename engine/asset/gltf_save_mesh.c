@@ -30,21 +30,23 @@ static void normalize_sum(float *w)
         w[i] /= sum;
 }
 
-// Directions or weights, in a form from which loading makes these very ones.
-static void put_normalized(struct gltf_saver *s, cJSON *attributes, const char *key, const float *values,
-                           uint32_t count, unsigned width, unsigned normalized, void (*normalize)(float *))
+// Directions or weights, in a form from which loading makes these very ones. False if there is none for some:
+// those stand as they are.
+static bool normalizable(const float *values, uint32_t count, unsigned width, unsigned normalized,
+                         void (*normalize)(float *), float *stored)
 {
-    float *stored = malloc((size_t)count * width * sizeof *stored + 1);
-    if (!stored) {
-        s->w.failed = true;
-        return;
-    }
+    bool all = true;
     memcpy(stored, values, (size_t)count * width * sizeof *stored);
     for (size_t i = 0; i < count; i++)
-        ng_gltf_before_normalizing(normalize, normalized, values + i * width, stored + i * width);
+        all &= ng_gltf_before_normalizing(normalize, normalized, values + i * width, stored + i * width);
+    return all;
+}
+
+static void put_vertices(struct gltf_saver *s, cJSON *attributes, const char *key, const float *values,
+                         uint32_t count, unsigned width)
+{
     ng_gltf_json_number(&s->w, attributes, key,
-                        ng_gltf_add_floats(&s->w, stored, count, width, NG_GLTF_VERTICES, false));
-    free(stored);
+                        ng_gltf_add_floats(&s->w, values, count, width, NG_GLTF_VERTICES, false));
 }
 
 // Four whole numbers a vertex, of 8 bits if that is enough and `may_shrink`.
@@ -107,29 +109,59 @@ static bool tangents_follow(struct gltf_saver *s, const struct ng_geometry *g)
     return same;
 }
 
+// Normals and tangents; "exact" says that they are to be taken as they are.
+static void put_directions(struct gltf_saver *s, cJSON *primitive, cJSON *attributes,
+                           const struct ng_geometry *g)
+{
+    uint32_t n = g->vertex_count;
+    bool tangents = !tangents_follow(s, g);
+    float *normals = malloc((size_t)n * 12 + 1), *turned = malloc((size_t)n * 16 + 1);
+    s->w.failed |= !normals || !turned;
+    if (!s->w.failed) {
+        bool plain = normalizable(g->normals, n, 3, 3, normalize3, normals);
+        if (tangents)
+            plain &= normalizable(g->tangents, n, 4, 3, normalize3, turned);
+        put_vertices(s, attributes, "NORMAL", plain ? normals : g->normals, n, 3);
+        if (tangents)
+            put_vertices(s, attributes, "TANGENT", plain ? turned : g->tangents, n, 4);
+        if (!plain)
+            ng_gltf_json_bool(&s->w, ng_gltf_json_extension(&s->w, primitive, "NG_scene"), "exact", true);
+    }
+    free(normals);
+    free(turned);
+}
+
+static void put_influences(struct gltf_saver *s, cJSON *attributes, const struct ng_geometry *g)
+{
+    float *weights = malloc((size_t)g->vertex_count * 16 + 1);
+    s->w.failed |= !weights;
+    put_words(s, attributes, "JOINTS_0", g->joints, g->vertex_count, true);
+    if (weights) {
+        normalizable(g->weights, g->vertex_count, 4, 4, normalize_sum, weights);
+        put_vertices(s, attributes, "WEIGHTS_0", weights, g->vertex_count, 4);
+    }
+    free(weights);
+}
+
 static void put_geometry(struct gltf_saver *s, cJSON *primitive, const struct ng_geometry *g)
 {
     struct ng_gltf_writer *w = &s->w;
     cJSON *attributes = ng_gltf_json_object(w, primitive, "attributes");
     uint32_t n = g->vertex_count;
+    cJSON *extensions = cJSON_GetObjectItemCaseSensitive(primitive, "extensions");
+    ng_gltf_json_remove(cJSON_GetObjectItemCaseSensitive(extensions, "NG_scene"), "exact");
     drop_others(s, attributes, n);
     ng_gltf_json_number(w, attributes, "POSITION",
                         ng_gltf_add_floats(w, g->positions, n, 3, NG_GLTF_VERTICES, true));
-    put_normalized(s, attributes, "NORMAL", g->normals, n, 3, 3, normalize3);
-    if (!tangents_follow(s, g))
-        put_normalized(s, attributes, "TANGENT", g->tangents, n, 4, 3, normalize3);
+    put_directions(s, primitive, attributes, g);
     if (!all_zero(g->uvs, (size_t)n * 2))
-        ng_gltf_json_number(w, attributes, "TEXCOORD_0",
-                            ng_gltf_add_floats(w, g->uvs, n, 2, NG_GLTF_VERTICES, false));
+        put_vertices(s, attributes, "TEXCOORD_0", g->uvs, n, 2);
     if (g->uvs1)
-        ng_gltf_json_number(w, attributes, "TEXCOORD_1",
-                            ng_gltf_add_floats(w, g->uvs1, n, 2, NG_GLTF_VERTICES, false));
+        put_vertices(s, attributes, "TEXCOORD_1", g->uvs1, n, 2);
     if (g->colors)
         ng_gltf_json_bool(w, put_words(s, attributes, "COLOR_0", g->colors, n, false), "normalized", true);
-    if (g->joints) {
-        put_words(s, attributes, "JOINTS_0", g->joints, n, true);
-        put_normalized(s, attributes, "WEIGHTS_0", g->weights, n, 4, 4, normalize_sum);
-    }
+    if (g->joints)
+        put_influences(s, attributes, g);
     ng_gltf_json_number(w, primitive, "indices",
                         ng_gltf_add_integers(w, g->indices, g->index_count, 1, n <= UINT16_MAX ? 2 : 4,
                                              NG_GLTF_INDICES, NULL));
@@ -203,8 +235,10 @@ static void copy_shape(struct gltf_saver *s, const cJSON *from, cJSON *to)
         copy_member(s, from, to, keys[i]);
     const cJSON *extensions = ng_gltf_json_get(from, "extensions");
     const cJSON *ours = ng_gltf_json_get(extensions, "NG_scene");
-    if (ng_gltf_json_get(ours, "cage"))
-        copy_member(s, ours, ng_gltf_json_extension(&s->w, to, "NG_scene"), "cage");
+    static const char *const own[] = {"cage", "exact"};
+    for (size_t i = 0; i < NG_COUNT(own); i++)
+        if (ng_gltf_json_get(ours, own[i]))
+            copy_member(s, ours, ng_gltf_json_extension(&s->w, to, "NG_scene"), own[i]);
     const cJSON *packed = ng_gltf_json_get(extensions, "KHR_draco_mesh_compression");
     ng_gltf_json_remove_extension(to, "KHR_draco_mesh_compression");
     if (packed)
@@ -237,21 +271,45 @@ static void put_shape(struct gltf_saver *s, cJSON *primitive, ng_asset geometry,
     }
 }
 
-void ng_gltf_save_edited_shapes(struct gltf_saver *s)
+static bool is_edited(const struct gltf_saver *s, const struct gltf_shape *shape)
 {
     const struct ng_gltf_origin *o = s->origin;
-    for (uint32_t m = 0; o && m < o->doc->mesh_count; m++)
+    return ng_assets_geometry(s->assets, shape->geometry) &&
+           (!ng_gltf_kept_asset(o, s->assets, shape->geometry) ||
+            (ng_assets_cage(s->assets, shape->cage) && !ng_gltf_kept_asset(o, s->assets, shape->cage)));
+}
+
+static void put_edited(struct gltf_saver *s, cJSON *primitive, const struct gltf_shape *shape)
+{
+    put_shape(s, primitive, shape->geometry, shape->cage);
+}
+
+static void release(struct gltf_saver *s, cJSON *primitive, const struct gltf_shape *shape)
+{
+    NG_UNUSED(shape);
+    ng_gltf_release_primitive(s, primitive);
+}
+
+static void each_edited(struct gltf_saver *s,
+                        void (*fn)(struct gltf_saver *s, cJSON *primitive, const struct gltf_shape *shape))
+{
+    const struct ng_gltf_origin *o = s->origin;
+    for (uint32_t m = 0; m < o->doc->mesh_count; m++)
         for (uint32_t i = 0; i < o->doc->meshes[m].primitive_count; i++) {
             const struct gltf_shape *shape = &o->shapes[o->first_primitive[m] + i];
-            bool cage_there = ng_assets_cage(s->assets, shape->cage);
-            if (!ng_assets_geometry(s->assets, shape->geometry) ||
-                (ng_gltf_kept_asset(o, s->assets, shape->geometry) &&
-                 (!cage_there || ng_gltf_kept_asset(o, s->assets, shape->cage))))
-                continue;
             const cJSON *mesh = ng_gltf_at(&s->w, NG_GLTF_MESHES, (int)m);
-            put_shape(s, cJSON_GetArrayItem(ng_gltf_json_get(mesh, "primitives"), (int)i), shape->geometry,
-                      shape->cage);
+            cJSON *primitive = cJSON_GetArrayItem(ng_gltf_json_get(mesh, "primitives"), (int)i);
+            if (primitive && is_edited(s, shape))
+                fn(s, primitive, shape);
         }
+}
+
+void ng_gltf_save_edited_shapes(struct gltf_saver *s)
+{
+    if (!s->origin)
+        return;
+    each_edited(s, release);
+    each_edited(s, put_edited);
 }
 
 // ---- meshes of nodes -------------------------------------------------------------------------------------
@@ -370,7 +428,8 @@ static void save_primitive_components(struct gltf_saver *s, const struct gltf_sa
 {
     for (ng_component c = 0; c < ng_world_component_count(s->world); c++) {
         bool elsewhere = c == NG_NAME || c == NG_TRANSFORM || c == NG_SKIN;
-        if (elsewhere || ng_world_component(s->world, c)->flags & NG_COMPONENT_DERIVED || !changed(s, p, c))
+        if (elsewhere || ng_world_component(s->world, c)->flags & NG_COMPONENT_DERIVED ||
+            !(changed(s, p, c) || (s->explicit && c != NG_MESH && ng_world_has(s->world, p->entity, c))))
             continue;
         cJSON *primitive =
             cJSON_GetArrayItem(ng_gltf_json_get(own_mesh(s, node), "primitives"), (int)p->primitive);
