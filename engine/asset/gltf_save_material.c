@@ -165,6 +165,30 @@ static bool is_there(const struct job *j, const struct slot *slot)
     return cJSON_GetObjectItemCaseSensitive(at, slot->key) != NULL;
 }
 
+// A field whose place in the standard is gone with its texture: NG_scene says it then.
+static void keep_field(struct job *j, const char *name)
+{
+    const struct ng_field *f = field_of(name);
+    const char *now = (const char *)j->now + f->offset;
+    if (!j->place->kept || memcmp(now, (const char *)&j->standard + f->offset, ng_field_size(f->type)) == 0)
+        return;
+    cJSON *component = ng_gltf_json_component(&j->s->w, j->json, "material");
+    uint32_t whole;
+    memcpy(&whole, now, sizeof whole);
+    if (f->type == NG_FIELD_U32)
+        ng_gltf_json_number(&j->s->w, component, name, whole);
+    else
+        ng_gltf_json_floats(&j->s->w, component, name, (const float *)now, ng_field_floats(f->type));
+}
+
+static void keep_place(struct job *j, const struct slot *slot)
+{
+    static const char *const parts[] = {"uv_set", "offset", "rotation", "scale"};
+    char name[64];
+    for (size_t i = 0; i < NG_COUNT(parts); i++)
+        keep_field(j, field_name(name, slot, parts[i]));
+}
+
 static void save_texture(struct job *j, const struct slot *slot)
 {
     ng_asset image;
@@ -177,8 +201,11 @@ static void save_texture(struct job *j, const struct slot *slot)
             ng_gltf_json_number(&j->s->w, ng_gltf_json_object(&j->s->w, owner(j, slot), slot->key), "index",
                                 texture);
     }
-    if (!image.id) // NG_scene says what the standard has no place for
+    if (!image.id) {
+        if (differs(j, slot->field))
+            keep_place(j, slot);
         return;
+    }
     if (!is_there(j, slot))
         return; // made from what the file has elsewhere
     save_uv_set(j, slot);
@@ -190,8 +217,11 @@ static void save_textures(struct job *j)
     for (size_t i = 0; i < NG_COUNT(textures); i++)
         save_texture(j, &textures[i]);
     cJSON *normal = cJSON_GetObjectItemCaseSensitive(j->json, "normalTexture");
-    if (!normal)
+    if (!normal) {
+        if (differs(j, "normal_texture"))
+            keep_field(j, "normal_scale");
         return;
+    }
     if (differs(j, "normal_scale"))
         ng_gltf_json_floats(&j->s->w, normal, "scale", &j->now->normal_scale, 1);
     done(j, "normal_scale");

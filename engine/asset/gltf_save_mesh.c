@@ -143,6 +143,34 @@ static void put_influences(struct gltf_saver *s, cJSON *attributes, const struct
     free(weights);
 }
 
+// What a target adds, [vertex_count][3], from the vertices that it moves.
+static void put_deltas(struct gltf_saver *s, cJSON *target, const char *key, const struct ng_geometry *g,
+                       uint32_t t, const float *deltas)
+{
+    float *dense = deltas ? calloc(g->vertex_count, 12) : NULL;
+    s->w.failed |= deltas && !dense;
+    if (!dense)
+        return;
+    for (uint32_t i = t ? g->target_ends[t - 1] : 0; i < g->target_ends[t]; i++)
+        memcpy(dense + (size_t)g->delta_vertices[i] * 3, deltas + (size_t)i * 3, 12);
+    ng_gltf_json_number(
+        &s->w, target, key,
+        ng_gltf_add_floats(&s->w, dense, g->vertex_count, 3, NG_GLTF_VERTICES, strcmp(key, "POSITION") == 0));
+    free(dense);
+}
+
+static void put_targets(struct gltf_saver *s, cJSON *primitive, const struct ng_geometry *g)
+{
+    ng_gltf_json_remove(primitive, "targets");
+    cJSON *targets = g->target_count ? ng_gltf_json_list(&s->w, primitive, "targets") : NULL;
+    for (uint32_t t = 0; targets && t < g->target_count; t++) {
+        cJSON *target = ng_gltf_json_append(&s->w, targets);
+        put_deltas(s, target, "POSITION", g, t, g->delta_positions);
+        put_deltas(s, target, "NORMAL", g, t, g->delta_normals);
+        put_deltas(s, target, "TANGENT", g, t, g->delta_tangents);
+    }
+}
+
 static void put_geometry(struct gltf_saver *s, cJSON *primitive, const struct ng_geometry *g)
 {
     struct ng_gltf_writer *w = &s->w;
@@ -162,6 +190,7 @@ static void put_geometry(struct gltf_saver *s, cJSON *primitive, const struct ng
         ng_gltf_json_bool(w, put_words(s, attributes, "COLOR_0", g->colors, n, false), "normalized", true);
     if (g->joints)
         put_influences(s, attributes, g);
+    put_targets(s, primitive, g);
     ng_gltf_json_number(w, primitive, "indices",
                         ng_gltf_add_integers(w, g->indices, g->index_count, 1, n <= UINT16_MAX ? 2 : 4,
                                              NG_GLTF_INDICES, NULL));

@@ -6,6 +6,7 @@
 #include "components/light_point.h"
 #include "components/light_spot.h"
 #include "components/mesh.h"
+#include "components/morph.h"
 #include "components/transform.h"
 
 #include <cglm/cglm.h>
@@ -241,6 +242,31 @@ static uint64_t save_light(struct gltf_saver *s, const struct gltf_saved *p, cJS
     return standard;
 }
 
+// ---- morph targets ---------------------------------------------------------------------------------------
+
+// The weights of the mesh that is the node's own; those of several primitives are theirs.
+static void save_weights(struct gltf_saver *s, const struct gltf_saved *p, cJSON *node)
+{
+    const struct ng_morph *now = ng_world_get(s->world, p->entity, NG_MORPH);
+    const struct ng_mesh *mesh = ng_world_get(s->world, p->entity, NG_MESH);
+    const struct ng_geometry *g = mesh ? ng_assets_geometry(s->assets, mesh->geometry) : NULL;
+    if (!now || !g || !g->target_count) {
+        ng_gltf_save_component(s, p, node, NG_MORPH, 0);
+        return;
+    }
+    bool differs = false;
+    for (uint32_t i = 0; i < ng_morph_component.field_count; i++)
+        differs |= p->kept ? ng_gltf_field_changed(s, p, NG_MORPH, &ng_morph_component.fields[i])
+                           : now->weights[i * 4] != 0 || now->weights[i * 4 + 1] != 0 ||
+                                 now->weights[i * 4 + 2] != 0 || now->weights[i * 4 + 3] != 0;
+    double weights[NG_MORPH_TARGETS];
+    for (uint32_t i = 0; i < g->target_count; i++)
+        weights[i] = ng_gltf_decimal(now->weights[i]);
+    if (differs)
+        ng_gltf_json_numbers(&s->w, node, "weights", weights, g->target_count);
+    ng_gltf_save_component(s, p, node, NG_MORPH, ~(uint64_t)0);
+}
+
 void ng_gltf_save_node(struct gltf_saver *s, const struct gltf_saved *p)
 {
     cJSON *node = ng_gltf_saved_json(s, p);
@@ -250,7 +276,8 @@ void ng_gltf_save_node(struct gltf_saver *s, const struct gltf_saved *p)
     ng_gltf_save_mesh(s, p);
     save_camera(s, p, node);
     uint64_t but = (uint64_t)1 << NG_TRANSFORM | (uint64_t)1 << NG_SKIN | (uint64_t)1 << NG_CAMERA |
-                   (uint64_t)1 << NG_MESH;
+                   (uint64_t)1 << NG_MESH | (uint64_t)1 << NG_MORPH;
+    save_weights(s, p, node);
     uint64_t fields = save_light(s, p, node, &light);
     if (fields) {
         ng_gltf_save_component(s, p, node, light, fields);
