@@ -111,6 +111,23 @@ static void add_channel(struct gltf_saver *s, cJSON *animation, const struct ng_
     ng_gltf_json_text(&s->w, target, standard ? "path" : "field", f->name);
 }
 
+// The standard wants a channel of its own; one without a node drives nothing.
+static void add_idle_channel(struct gltf_saver *s, cJSON *animation)
+{
+    static const float start[1] = {0}, nowhere[3] = {0};
+    cJSON *channels = ng_gltf_json_list(&s->w, animation, "channels");
+    cJSON *samplers = ng_gltf_json_list(&s->w, animation, "samplers");
+    if (!channels || channels->child)
+        return;
+    cJSON *sampler = ng_gltf_json_append(&s->w, samplers), *channel = ng_gltf_json_append(&s->w, channels);
+    ng_gltf_json_number(&s->w, sampler, "input",
+                        ng_gltf_add_floats(&s->w, start, 1, 1, NG_GLTF_NO_TARGET, true));
+    ng_gltf_json_number(&s->w, sampler, "output",
+                        ng_gltf_add_floats(&s->w, nowhere, 1, 3, NG_GLTF_NO_TARGET, false));
+    ng_gltf_json_number(&s->w, channel, "sampler", cJSON_GetArraySize(samplers) - 1);
+    ng_gltf_json_text(&s->w, ng_gltf_json_object(&s->w, channel, "target"), "path", "translation");
+}
+
 static void put_clip(struct gltf_saver *s, cJSON *animation, const struct ng_clip *clip)
 {
     struct times last = {0};
@@ -123,6 +140,7 @@ static void put_clip(struct gltf_saver *s, cJSON *animation, const struct ng_cli
     ng_gltf_json_list(&s->w, animation, "channels");
     for (uint32_t i = 0; i < clip->channel_count; i++)
         add_channel(s, animation, &clip->channels[i], &last);
+    add_idle_channel(s, animation);
 }
 
 void ng_gltf_save_animation(struct gltf_saver *s, const struct gltf_saved *p)

@@ -182,7 +182,8 @@ static void put_geometry(struct gltf_saver *s, cJSON *primitive, const struct ng
     ng_gltf_json_number(w, attributes, "POSITION",
                         ng_gltf_add_floats(w, g->positions, n, 3, NG_GLTF_VERTICES, true));
     put_directions(s, primitive, attributes, g);
-    if (!all_zero(g->uvs, (size_t)n * 2))
+    bool textured = ng_assets_next(s->assets, NG_ASSET_IMAGE, (ng_asset){0}).id;
+    if (textured || !all_zero(g->uvs, (size_t)n * 2)) // a texture needs coordinates
         put_vertices(s, attributes, "TEXCOORD_0", g->uvs, n, 2);
     if (g->uvs1)
         put_vertices(s, attributes, "TEXCOORD_1", g->uvs1, n, 2);

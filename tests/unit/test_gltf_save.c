@@ -91,14 +91,13 @@ static void names_finish(struct names *names)
     ng_array_finish(&names->paths);
 }
 
-// A place of its own for each file of the scratch directory: beside `name` nothing else is.
+// The path of a file in a folder of the scratch directory.
 static void place(char out[512], const char *folder, const char *name)
 {
     test_path(out, 512, folder);
     assert_int_equal(ng_file_make_directory(out), NG_OK);
     size_t n = strlen(out);
     snprintf(out + n, 512 - n, "/%s", name);
-    remove(out);
 }
 
 static void save(const struct scene *s, const char *path)
