@@ -234,12 +234,39 @@ static bool keep_pictures(const struct gltf_loader *l, struct ng_gltf_origin *o)
     return keep_pictures_below(l, o, o->json, false);
 }
 
+// An integer has no -0, so loading reads 0 where cJSON, to which all numbers are real ones, would read -0.
+static void drop_minus_zeros(char *text, size_t size)
+{
+    bool quoted = false;
+    for (size_t i = 0; i + 2 < size; i++) {
+        if (quoted && text[i] == '\\')
+            i++;
+        else if (text[i] == '"')
+            quoted = !quoted;
+        else if (!quoted && text[i] == '-' && text[i + 1] == '0' && !strchr(".eE", text[i + 2]))
+            text[i] = ' ';
+    }
+}
+
+static cJSON *parse(const struct gltf_document *d)
+{
+    char *text = malloc(d->json_size + 1);
+    cJSON *json = NULL;
+    if (text) {
+        memcpy(text, (const char *)d->files.items[0] + d->json_offset, d->json_size);
+        drop_minus_zeros(text, d->json_size);
+        json = cJSON_ParseWithLength(text, d->json_size);
+    }
+    free(text);
+    return json;
+}
+
 static ng_result fill(struct gltf_loader *l, struct ng_gltf_origin *o)
 {
     const struct gltf_document *d = o->doc;
     o->path = strdup(l->path);
     o->foreign = l->out.foreign;
-    o->json = cJSON_ParseWithLength((const char *)d->files.items[0] + d->json_offset, d->json_size);
+    o->json = parse(d);
     if (!o->json && o->path) {
         ng_log_error("%s: its JSON cannot be kept for saving", l->path);
         return NG_ERROR_FORMAT;

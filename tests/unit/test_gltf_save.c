@@ -270,7 +270,7 @@ static bool edit_material(struct scene *s)
     m->emissive_strength = 3;
     m->normal_scale = 0.5f;
     m->alpha_cutoff = 0.25f;
-    m->alpha_mask = !m->alpha_mask;
+    m->alpha_mode = (m->alpha_mode + 1) % 3;
     m->double_sided = !m->double_sided;
     return true;
 }
@@ -280,7 +280,7 @@ static bool drop_texture(struct scene *s)
     for (ng_entity e = s->loaded.root; !ng_entity_is_null(e);
          e = ng_world_next_below(s->world, s->loaded.root, e)) {
         const struct ng_material *m = ng_world_get(s->world, e, NG_MATERIAL);
-        if (!m || !m->base_color_texture.id)
+        if (!m || !m->base_color_texture.id || m->alpha_mode) // whose smaller pictures keep coverage
             continue;
         struct ng_material *edited = ng_world_edit(s->world, e, NG_MATERIAL);
         edited->emissive_texture = edited->base_color_texture;
