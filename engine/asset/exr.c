@@ -100,6 +100,28 @@ static ng_result check_header(struct reader *r, const struct ng_exr_limits *limi
     return NG_OK;
 }
 
+// Where the picture is, and in what colours.
+static void read_look(struct reader *r)
+{
+    exr_attr_box2i_t display;
+    exr_attr_chromaticities_t c;
+    struct ng_exr *out = r->out;
+    out->display_width = out->width;
+    out->display_height = out->height;
+    if (exr_get_display_window(r->context, 0, &display) == EXR_ERR_SUCCESS &&
+        display.max.x >= display.min.x && display.max.y >= display.min.y) {
+        out->display_x = (int64_t)display.min.x - r->window.min.x;
+        out->display_y = (int64_t)display.min.y - r->window.min.y;
+        out->display_width = (int64_t)display.max.x - display.min.x + 1;
+        out->display_height = (int64_t)display.max.y - display.min.y + 1;
+    }
+    if (exr_attr_get_chromaticities(r->context, 0, "chromaticities", &c) != EXR_ERR_SUCCESS)
+        return;
+    const float all[8] = {c.red_x, c.red_y, c.green_x, c.green_y, c.blue_x, c.blue_y, c.white_x, c.white_y};
+    memcpy(out->chromaticities, all, sizeof all);
+    out->has_chromaticities = true;
+}
+
 static ng_result make_planes(struct reader *r, const struct ng_exr_limits *limits)
 {
     const exr_attr_chlist_t *channels;
@@ -220,6 +242,7 @@ static ng_result decode(struct reader *r, const struct ng_exr_limits *limits)
 {
     exr_storage_t storage;
     NG_TRY(check_header(r, limits));
+    read_look(r);
     NG_TRY(make_planes(r, limits));
     NG_TRY(copy_texts(r));
     exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;

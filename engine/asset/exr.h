@@ -7,6 +7,7 @@
 #include "base/extern_c.h"
 #include "base/result.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -53,6 +54,10 @@ struct ng_exr {
     uint32_t plane_count, text_count;
     struct ng_exr_plane *planes; // in the file's order: by name
     struct ng_exr_text *texts;   // string attributes
+    // What of it is the picture: from the data window's corner, and how large; it may be beyond the data.
+    int64_t display_x, display_y, display_width, display_height;
+    bool has_chromaticities; // else those of Rec. 709
+    float chromaticities[8]; // x and y of red, green, blue and white
 };
 
 struct ng_exr_limits {

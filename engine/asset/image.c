@@ -11,6 +11,7 @@
 #include "asset/webp.h"
 #include "base/log.h"
 
+#include <cglm/cglm.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -101,6 +102,88 @@ ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height, e
 }
 
 // ---- EXR as an image -------------------------------------------------------------------------------------
+static uint32_t side_of(int64_t size)
+{
+    return size > UINT32_MAX ? UINT32_MAX : (uint32_t)size;
+}
+
+// Of the display window what there is data of; the rest stays black.
+static void copy_display_window(const struct ng_exr *exr, const struct ng_exr_plane *const planes[4],
+                                struct ng_image *out)
+{
+    for (int64_t y = 0; y < out->height; y++)
+        for (int64_t x = 0; x < out->width; x++) {
+            int64_t u = x + exr->display_x, v = y + exr->display_y;
+            bool inside = u >= 0 && v >= 0 && u < exr->width && v < exr->height;
+            float *to = (float *)out->pixels + (y * out->width + x) * 4;
+            for (int c = 0; inside && c < 4; c++)
+                to[c] = planes[c] ? ((const float *)planes[c]->pixels)[v * exr->width + u] : 1.0f;
+        }
+}
+
+// From RGB of these chromaticities to XYZ, of white (1, 1, 1) with Y = 1; false if they are no colours.
+static bool find_to_xyz(const float chromaticities[8], mat3 out)
+{
+    mat3 primaries, inverse;
+    vec3 white, weights;
+    for (int i = 0; i < 4; i++) {
+        float x = chromaticities[2 * i], y = chromaticities[2 * i + 1];
+        vec3 xyz = {x / y, 1, (1 - x - y) / y};
+        if (!(fabsf(y) > 1e-4f) || !(fabsf(x) < 4) || !(fabsf(y) < 4))
+            return false;
+        glm_vec3_copy(xyz, i < 3 ? primaries[i] : white);
+    }
+    if (!(fabsf(glm_mat3_det(primaries)) > 1e-6f))
+        return false;
+    glm_mat3_inv(primaries, inverse);
+    glm_mat3_mulv(inverse, white, weights);
+    for (int i = 0; i < 3; i++)
+        glm_vec3_scale(primaries[i], weights[i], out[i]);
+    return true;
+}
+
+// To Rec. 709; white stays white (Bradford's adaptation).
+static bool find_to_rec709(const float chromaticities[8], mat3 out)
+{
+    static const float rec709[8] = {0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f};
+    mat3 bradford = {
+        {0.8951f, -0.7502f, 0.0389f}, {0.2664f, 1.7135f, -0.0685f}, {-0.1614f, 0.0367f, 1.0296f}};
+    mat3 from, to, adapt = GLM_MAT3_IDENTITY_INIT, inverse;
+    vec3 one = {1, 1, 1}, white, seen, wanted;
+    if (!find_to_xyz(chromaticities, from) || !find_to_xyz(rec709, to))
+        return false;
+    glm_mat3_mulv(from, one, white);
+    glm_mat3_mulv(bradford, white, seen);
+    glm_mat3_mulv(to, one, white);
+    glm_mat3_mulv(bradford, white, wanted);
+    for (int i = 0; i < 3; i++) {
+        if (!(seen[i] > 1e-4f))
+            return false;
+        adapt[i][i] = wanted[i] / seen[i];
+    }
+    glm_mat3_mul(bradford, from, out);
+    glm_mat3_mul(adapt, out, out);
+    glm_mat3_inv(bradford, inverse);
+    glm_mat3_mul(inverse, out, out);
+    glm_mat3_inv(to, inverse);
+    glm_mat3_mul(inverse, out, out);
+    return true;
+}
+
+static void convert_colors(const struct ng_exr *exr, struct ng_image *image)
+{
+    mat3 m;
+    float change = 0;
+    if (!exr->has_chromaticities || !find_to_rec709(exr->chromaticities, m))
+        return;
+    for (int i = 0; i < 9; i++)
+        change = fmaxf(change, fabsf(m[i / 3][i % 3] - (i % 4 == 0 ? 1.0f : 0.0f)));
+    for (size_t i = 0; change > 1e-3f && i < (size_t)image->width * image->height; i++) {
+        float *rgb = (float *)image->pixels + i * 4;
+        glm_mat3_mulv(m, rgb, rgb);
+    }
+}
+
 static ng_result exr_decode(const char *name, const void *data, size_t size,
                             const struct ng_image_params *params, struct ng_image *out)
 {
@@ -119,12 +202,14 @@ static ng_result exr_decode(const char *name, const void *data, size_t size,
         planes[c] = planes[c] ? planes[c] : grey;
     ng_result r = NG_ERROR_FORMAT;
     if (planes[0] && planes[1] && planes[2] && planes[0]->type != NG_EXR_UINT)
-        r = ng_image_allocate(name, exr.width, exr.height, NG_PIXEL_RGBA32F, params, out);
+        r = ng_image_allocate(name, side_of(exr.display_width), side_of(exr.display_height), NG_PIXEL_RGBA32F,
+                              params, out);
     else
         ng_log_error("%s: has no channels R, G, B nor Y", name);
-    for (size_t i = 0; r == NG_OK && i < (size_t)exr.width * exr.height; i++)
-        for (size_t c = 0; c < 4; c++)
-            ((float *)out->pixels)[i * 4 + c] = planes[c] ? ((const float *)planes[c]->pixels)[i] : 1.0f;
+    if (r == NG_OK) {
+        copy_display_window(&exr, planes, out);
+        convert_colors(&exr, out);
+    }
     ng_exr_finish(&exr);
     return r;
 }

@@ -207,12 +207,101 @@ static void test_as_image(void **state)
     ng_image_finish(&image);
 }
 
+// Puts an attribute into a header; chunks move by as much.
+static unsigned char *insert(const unsigned char *from, size_t size, const void *attribute, size_t length)
+{
+    unsigned char *out = malloc(size + length);
+    uint64_t offset = 0;
+    size_t table = 8;
+    assert_non_null(out);
+    memcpy(out, from, 8); // magic number and version
+    memcpy(out + 8, attribute, length);
+    memcpy(out + 8 + length, from + 8, size - 8);
+    for (;; table++) { // which is where the first offset points behind the last
+        assert_true(table + 8 < size);
+        memcpy(&offset, from + table, 8);
+        if (offset > table && offset < size && (offset - table) % 8 == 0 && offset - table <= 4096)
+            break;
+    }
+    for (size_t at = table; at < table + (offset - table); at += 8) {
+        uint64_t chunk;
+        memcpy(&chunk, from + at, 8);
+        chunk += length;
+        memcpy(out + length + at, &chunk, 8);
+    }
+    return out;
+}
+
+static void *find_bytes(unsigned char *data, size_t size, const char *what, size_t length)
+{
+    for (size_t i = 0; i + length <= size; i++)
+        if (memcmp(data + i, what, length) == 0)
+            return data + i;
+    fail_msg("%s is not there", what);
+    return NULL;
+}
+
+// The picture is the display window; its colours are Rec. 709 once it is read.
+static void test_window_and_colors(void **state)
+{
+    NG_UNUSED(state);
+    char path[512];
+    test_path(path, sizeof path, "window.exr");
+    write_picture(path);
+    struct ng_image image, moved;
+    void *data;
+    size_t size;
+    assert_int_equal(ng_file_read(path, 0, &data, &size), NG_OK);
+    assert_int_equal(ng_image_decode(path, data, size, &(struct ng_image_params){.no_mips = true}, &image),
+                     NG_OK);
+    static const char key[] = "displayWindow\0box2i\0";
+    unsigned char *window = find_bytes(data, size, key, sizeof key - 1);
+    const int32_t box[4] = {-1, 1, 3, 4}; // 5 x 4 pixels, one of them left of the data
+    memcpy(window + sizeof key - 1 + 4, box, sizeof box);
+    assert_int_equal(ng_image_decode(path, data, size, &(struct ng_image_params){.no_mips = true}, &moved),
+                     NG_OK);
+    assert_int_equal(moved.width, 5);
+    assert_int_equal(moved.height, 4);
+    const float *p = image.pixels, *q = moved.pixels;
+    assert_float_equal(q[0], 0, 0);
+    for (size_t c = 0; c < 4; c++)
+        assert_float_equal(q[4 * 2 + c], p[4 * (image.width + 1) + c], 0);
+    ng_image_finish(&moved);
+
+    // The primaries of Rec. 2020: its red is beyond Rec. 709, white stays white.
+    const int32_t value_size = 32;
+    const float rec2020[8] = {0.708f, 0.292f, 0.17f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.329f};
+    unsigned char bytes[30 + 4 + 32];
+    memcpy(bytes, "chromaticities\0chromaticities", 30);
+    memcpy(bytes + 30, &value_size, 4);
+    memcpy(bytes + 34, rec2020, 32);
+    unsigned char *other = insert(data, size, bytes, sizeof bytes);
+    const int32_t whole[4] = {0, 0, (int32_t)image.width - 1, (int32_t)image.height - 1};
+    window = find_bytes(other, size, key, sizeof key - 1);
+    memcpy(window + sizeof key - 1 + 4, whole, sizeof whole);
+    assert_int_equal(
+        ng_image_decode(path, other, size + sizeof bytes, &(struct ng_image_params){.no_mips = true}, &moved),
+        NG_OK);
+    q = moved.pixels;
+    const float *rgb = p + 4, most = 1e-3f * (fabsf(rgb[0]) + fabsf(rgb[1]) + fabsf(rgb[2]));
+    assert_float_equal(q[4], 1.6605f * rgb[0] - 0.5876f * rgb[1] - 0.0728f * rgb[2], most);
+    assert_float_equal(q[5], -0.1246f * rgb[0] + 1.1329f * rgb[1] - 0.0083f * rgb[2], most);
+    ng_image_finish(&moved);
+    ng_image_finish(&image);
+    free(other);
+    free(data);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip), cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test(test_full_disk),  cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_damage),     cmocka_unit_test(test_as_image),
+        cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_same_bytes),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_damage),
+        cmocka_unit_test(test_as_image),
+        cmocka_unit_test(test_window_and_colors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
