@@ -165,7 +165,7 @@ static void complete(struct ng_catalogue_internal *c)
                     c->pieces.count - kept);
     if (c->too_many)
         ng_log_warn("%s: pieces beyond number %d are left out", c->catalogue->path, MAX_PIECES);
-    c->catalogue->pieces = c->pieces.items;
+    c->catalogue->pieces = kept ? c->pieces.items : NULL;
     c->catalogue->piece_count = (uint32_t)(c->pieces.count = kept);
 }
 

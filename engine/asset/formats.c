@@ -11,7 +11,8 @@
 // A catalogue of one piece needs no name.
 static ng_result find_piece(const struct ng_catalogue *c, const char *name, const struct ng_piece **out)
 {
-    *out = name ? ng_catalogue_find(c, name) : c->piece_count == 1 ? &c->pieces[0] : NULL;
+    const char *example = c->pieces ? c->pieces[0].name : "NAME";
+    *out = name ? ng_catalogue_find(c, name) : c->piece_count == 1 ? c->pieces : NULL;
     if (*out)
         return NG_OK;
     if (name)
@@ -19,7 +20,7 @@ static ng_result find_piece(const struct ng_catalogue *c, const char *name, cons
                      c->path);
     else
         ng_log_error("%s: is a catalogue of %u pieces; name one, as in %s#%s (lightformer info lists them)",
-                     c->path, c->piece_count, c->path, c->piece_count ? c->pieces[0].name : "NAME");
+                     c->path, c->piece_count, c->path, example);
     return NG_ERROR_NOT_FOUND;
 }
 

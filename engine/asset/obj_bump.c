@@ -51,7 +51,7 @@ static void write_normals(const struct ng_image *heights, unsigned char *out)
 
 static ng_result convert(const char *name, const struct ng_image *heights, void **data, size_t *size)
 {
-    unsigned char *normals = malloc((size_t)heights->width * heights->height * 3);
+    unsigned char *normals = malloc((size_t)heights->width * heights->height * 3 + 1);
     if (!normals)
         return ng_out_of_memory(name);
     write_normals(heights, normals);

@@ -27,21 +27,14 @@ static void append(struct obj_text *t, bool *failed, const void *data, size_t si
     t->count += size;
 }
 
-static void append_va(struct obj_text *t, bool *failed, const char *fmt, va_list args)
-    __attribute__((format(printf, 3, 0)));
-static void append_va(struct obj_text *t, bool *failed, const char *fmt, va_list args)
-{
-    char text[1024];
-    int n = vsnprintf(text, sizeof text, fmt, args);
-    append(t, failed, text, n < 0 ? 0 : (size_t)n < sizeof text ? (size_t)n : sizeof text - 1);
-}
-
 void ng_obj_text(struct obj_text *t, bool *failed, const char *fmt, ...)
 {
+    char text[1024];
     va_list args;
     va_start(args, fmt);
-    append_va(t, failed, fmt, args);
+    int n = vsnprintf(text, sizeof text, fmt, args);
     va_end(args);
+    append(t, failed, text, n < 0 ? 0 : (size_t)n < sizeof text ? (size_t)n : sizeof text - 1);
 }
 
 void ng_obj_string(struct obj_text *t, bool *failed, const char *text)
@@ -67,14 +60,6 @@ uint32_t ng_obj_begin(struct obj_glb *glb, enum obj_list list)
     if (glb->lists[list].count)
         append(&glb->lists[list].text, &glb->failed, ",\n", 2);
     return glb->lists[list].count++;
-}
-
-void ng_obj_item(struct obj_glb *glb, enum obj_list list, const char *fmt, ...)
-{
-    va_list args;
-    va_start(args, fmt);
-    append_va(&glb->lists[list].text, &glb->failed, fmt, args);
-    va_end(args);
 }
 
 void ng_obj_item_string(struct obj_glb *glb, enum obj_list list, const char *text)

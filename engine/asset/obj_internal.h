@@ -108,7 +108,7 @@ void ng_obj_text(struct obj_text *t, bool *failed, const char *fmt, ...) NG_PRIN
 void ng_obj_string(struct obj_text *t, bool *failed, const char *text);
 // Begins an item of a list and gives its index; its text goes to ng_obj_item.
 uint32_t ng_obj_begin(struct obj_glb *glb, enum obj_list list);
-void ng_obj_item(struct obj_glb *glb, enum obj_list list, const char *fmt, ...) NG_PRINTF(3, 4);
+#define ng_obj_item(glb, list, ...) ng_obj_text(&(glb)->lists[list].text, &(glb)->failed, __VA_ARGS__)
 void ng_obj_item_string(struct obj_glb *glb, enum obj_list list, const char *text);
 void ng_obj_append(struct obj_glb *glb, enum obj_list list, const struct obj_text *text);
 uint32_t ng_obj_view(struct obj_glb *glb, const void *data, size_t size);

@@ -60,9 +60,9 @@ static void add_face(struct builder *b, const struct obj_face *f)
 {
     static const uint32_t triangle[3] = {0, 1, 2};
     const uint32_t *order = triangle;
-    size_t n = f->count;
+    size_t n = f->count, triangles = n > 3 ? n - 2 : 1;
     if (n > 3) {
-        b->failed = b->failed || !ng_array_resize(&b->polygon, n * 2 + (n - 2) * 3) ||
+        b->failed = b->failed || !ng_array_resize(&b->polygon, n * 2 + triangles * 3) ||
                     !ng_array_resize(&b->points, n * 2);
         if (b->failed)
             return;
@@ -73,7 +73,7 @@ static void add_face(struct builder *b, const struct obj_face *f)
             b->polygon.items + n * 2);
         order = b->polygon.items + n * 2;
     }
-    for (size_t i = 0; i < (n - 2) * 3 && !b->failed; i++) {
+    for (size_t i = 0; i < triangles * 3 && !b->failed; i++) {
         uint32_t vertex = find_vertex(b, &b->m->corners.items[f->corner + order[i]]);
         b->failed = b->failed || !ng_array_push(&b->indices, vertex);
     }

@@ -46,9 +46,10 @@ ng_result ng_zip_open(const char *path, void *data, size_t size, struct ng_zip *
         return ng_out_of_memory(path);
     }
     zip->handle = open_bytes(path, data, size);
-    zip->path = malloc(strlen(path) + 1);
+    size_t length = strlen(path) + 1;
+    zip->path = malloc(length);
     if (zip->handle && zip->path) {
-        strcpy(zip->path, path);
+        memcpy(zip->path, path, length);
         *out = zip;
         return NG_OK;
     }
