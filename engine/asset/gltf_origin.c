@@ -243,7 +243,8 @@ static void drop_minus_zeros(char *text, size_t size)
             i++;
         else if (text[i] == '"')
             quoted = !quoted;
-        else if (!quoted && text[i] == '-' && text[i + 1] == '0' && !strchr(".eE", text[i + 2]))
+        else if (!quoted && text[i] == '-' && text[i + 1] == '0' && !strchr(".eE", text[i + 2]) &&
+                 (i == 0 || !strchr("eE", text[i - 1]))) // not of an exponent
             text[i] = ' ';
     }
 }
