@@ -6,9 +6,9 @@ static const struct ng_camera defaults = {
 static const char *const projections[] = {"perspective", "orthographic", NULL};
 
 static const struct ng_field fields[] = {
-    NG_FIELD_CHOICE(struct ng_camera, projection, projections, "a pinhole, or parallel rays"),
     NG_FIELD(struct ng_camera, fov_y, NG_FIELD_F32, "rad", 0.01f, 3.1f,
              "perspective: vertical field of view"),
+    NG_FIELD_CHOICE(struct ng_camera, projection, projections, "a pinhole, or parallel rays"),
     NG_FIELD(struct ng_camera, height, NG_FIELD_F32, "m", 1e-4f, 1e6f, "orthographic: of what is seen"),
     NG_FIELD(struct ng_camera, near_plane, NG_FIELD_F32, "m", 1e-5f, 1e5f, "distance of the near plane"),
     NG_FIELD(struct ng_camera, exposure, NG_FIELD_F32, "", 0.0f, 1e9f,

@@ -8,8 +8,8 @@ enum ng_projection { NG_PROJECTION_PERSPECTIVE, NG_PROJECTION_ORTHOGRAPHIC };
 
 // Nothing is too far to be seen. The aspect ratio is the picture's.
 struct ng_camera {
-    uint32_t projection; // enum ng_projection
     float fov_y;         // perspective: vertical field of view, radians
+    uint32_t projection; // enum ng_projection
     float height;        // orthographic: of what is seen, metres
     float near_plane;    // metres
     float exposure;      // factor on radiance before the tone map
