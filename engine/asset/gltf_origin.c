@@ -249,17 +249,43 @@ static void drop_minus_zeros(char *text, size_t size)
     }
 }
 
+// The JSON as loading reads it, which makes null of numbers that JSON does not have.
+static void copy_numbers(const char *text, size_t size, char *out)
+{
+    static const char *const wrong[] = {"-Infinity", "Infinity", "-NaN", "NaN"};
+    bool quoted = false;
+    size_t n = 0;
+    for (size_t i = 0; i < size; i++) {
+        size_t skip = 0;
+        for (size_t k = 0; !quoted && !skip && k < NG_COUNT(wrong); k++)
+            if (strncmp(text + i, wrong[k], strlen(wrong[k])) == 0)
+                skip = strlen(wrong[k]);
+        if (skip) {
+            memcpy(out + n, "null", 4);
+            n += 4;
+            i += skip - 1;
+            continue;
+        }
+        out[n++] = text[i];
+        if (text[i] == '"')
+            quoted = !quoted;
+        else if (quoted && text[i] == '\\' && i + 1 < size)
+            out[n++] = text[++i];
+    }
+    out[n] = 0;
+    drop_minus_zeros(out, n);
+}
+
+// Text that was read is followed by a zero byte.
 static cJSON *parse(const struct gltf_document *d)
 {
-    char *text = malloc(d->json_size + 1);
-    cJSON *json = NULL;
-    if (text) {
-        memcpy(text, (const char *)d->files.items[0] + d->json_offset, d->json_size);
-        drop_minus_zeros(text, d->json_size);
-        json = cJSON_ParseWithLength(text, d->json_size);
-    }
+    char *text = malloc(d->json_size * 4 / 3 + 8); // "NaN" grows by one
+    const char *json = (const char *)d->files.items[0] + d->json_offset;
+    if (text)
+        copy_numbers(json, d->json_size, text);
+    cJSON *parsed = text ? cJSON_Parse(text) : NULL;
     free(text);
-    return json;
+    return parsed;
 }
 
 static ng_result fill(struct gltf_loader *l, struct ng_gltf_origin *o)

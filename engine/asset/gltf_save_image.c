@@ -131,6 +131,20 @@ static unsigned count_ways(const struct gltf_saver *s, int image)
     return ways;
 }
 
+// In the image's old place. A texture that named it as WebP has it as what it is now.
+static void replace_pixels(struct gltf_saver *s, int source, const struct ng_image *image)
+{
+    put_pixels(s, ng_gltf_at(&s->w, NG_GLTF_IMAGES, source), image);
+    for (uint32_t i = 0; i < s->origin->doc->texture_count; i++) {
+        cJSON *texture = ng_gltf_at(&s->w, NG_GLTF_TEXTURES, (int)i);
+        const cJSON *webp = ng_gltf_json_get(ng_gltf_json_get(texture, "extensions"), "EXT_texture_webp");
+        if (!webp || ng_gltf_json_index(webp, "source") != source)
+            continue;
+        ng_gltf_json_remove_extension(texture, "EXT_texture_webp");
+        ng_gltf_json_number(&s->w, texture, "source", source);
+    }
+}
+
 static int find_texture(struct gltf_saver *s, ng_asset asset, const struct ng_image *image)
 {
     int source;
@@ -142,7 +156,7 @@ static int find_texture(struct gltf_saver *s, ng_asset asset, const struct ng_im
         return add_texture(s, source, image);
     }
     if (!ng_gltf_kept_asset(s->origin, s->assets, asset))
-        put_pixels(s, ng_gltf_at(&s->w, NG_GLTF_IMAGES, source), image);
+        replace_pixels(s, source, image);
     for (uint32_t i = 0; i < s->origin->doc->texture_count; i++)
         if ((s->origin->doc->textures[i].image == source || s->origin->doc->textures[i].webp == source) &&
             samples_like(s, ng_gltf_at(&s->w, NG_GLTF_TEXTURES, (int)i), &image->sampling))

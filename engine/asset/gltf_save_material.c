@@ -88,7 +88,11 @@ static void save_numbers(struct job *j)
         done(j, numbers[i].field);
     }
     if (differs(j, "base_color") || differs(j, "alpha")) {
-        const float *c = j->now->base_color, color[4] = {c[0], c[1], c[2], j->now->alpha};
+        // One of the two may be driven by a clip, and is then what the file had.
+        const struct ng_material *was =
+            ng_gltf_kept_value(j->s->origin, j->s->world, j->place->kept, NG_MATERIAL);
+        const float *c = was && !differs(j, "base_color") ? was->base_color : j->now->base_color;
+        const float color[4] = {c[0], c[1], c[2], was && !differs(j, "alpha") ? was->alpha : j->now->alpha};
         ng_gltf_json_floats(&j->s->w, ng_gltf_json_object(&j->s->w, j->json, "pbrMetallicRoughness"),
                             "baseColorFactor", color, 4);
     }

@@ -262,15 +262,18 @@ static bool edit_material(struct scene *s)
     struct ng_material *m = edit(s, NG_MATERIAL);
     if (!m)
         return false;
-    m->base_color[1] = 0.123456f;
-    m->alpha = 0.5f;
+    if (ng_entity_is_null(first_with(s, NG_ANIMATION))) // what a clip drives is of the moment
+        m->base_color[1] = 0.123456f;
     m->roughness = 0.3f;
     m->metallic = 0.7f;
     m->emissive[2] = 0.25f;
     m->emissive_strength = 3;
     m->normal_scale = 0.5f;
-    m->alpha_cutoff = 0.25f;
-    m->alpha_mode = (m->alpha_mode + 1) % 3;
+    if (!m->base_color_texture.id) { // whose smaller pictures were made for these
+        m->alpha = 0.5f;
+        m->alpha_cutoff = 0.25f;
+        m->alpha_mode = (m->alpha_mode + 1) % 3;
+    }
     m->double_sided = !m->double_sided;
     return true;
 }
@@ -510,7 +513,8 @@ static void an_edited_scene_comes_back(void **state)
             if (strstr(names.paths.items[i], "chess") || strstr(names.paths.items[i], "unseen"))
                 continue; // large, and nothing that others have not
             load(&a, names.paths.items[i], true);
-            if (edits[k].make(&a)) {
+            bool nodes = ng_world_has(a.world, ng_world_first_child(a.world, a.loaded.root), NG_TRANSFORM);
+            if (nodes && edits[k].make(&a)) {
                 place(out, edits[k].name, ng_path_name(names.paths.items[i]));
                 strcpy(strrchr(out, '.'), endings[(i + k) % 2]);
                 save(&a, out);
