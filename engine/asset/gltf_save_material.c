@@ -116,7 +116,7 @@ static void save_switches(struct job *j)
     done(j, "unlit");
 }
 
-// "base_color" and "offset": "base_color_offset".
+// "base_color" and "texture_offset": "base_color_texture_offset".
 static const char *field_name(char out[64], const struct slot *slot, const char *part)
 {
     snprintf(out, 64, "%s_%s", slot->name, part);
@@ -126,7 +126,8 @@ static const char *field_name(char out[64], const struct slot *slot, const char 
 // Where on the picture: all of it, once any is different.
 static void save_place(struct job *j, const struct slot *slot)
 {
-    static const char *const parts[] = {"offset", "rotation", "scale"};
+    static const char *const parts[] = {"texture_offset", "texture_rotation", "texture_scale"};
+    static const char *const keys[] = {"offset", "rotation", "scale"};
     char name[64];
     cJSON *use = ng_gltf_json_object(&j->s->w, owner(j, slot), slot->key);
     bool moved = false;
@@ -135,7 +136,7 @@ static void save_place(struct job *j, const struct slot *slot)
     for (size_t i = 0; i < NG_COUNT(parts); i++) {
         const struct ng_field *f = field_of(field_name(name, slot, parts[i]));
         if (moved)
-            ng_gltf_json_floats(&j->s->w, ng_gltf_json_extension(&j->s->w, use, TRANSFORM), parts[i],
+            ng_gltf_json_floats(&j->s->w, ng_gltf_json_extension(&j->s->w, use, TRANSFORM), keys[i],
                                 (const float *)((const char *)j->now + f->offset), ng_field_floats(f->type));
         done(j, name);
     }
@@ -187,7 +188,7 @@ static void keep_field(struct job *j, const char *name)
 
 static void keep_place(struct job *j, const struct slot *slot)
 {
-    static const char *const parts[] = {"uv_set", "offset", "rotation", "scale"};
+    static const char *const parts[] = {"uv_set", "texture_offset", "texture_rotation", "texture_scale"};
     char name[64];
     for (size_t i = 0; i < NG_COUNT(parts); i++)
         keep_field(j, field_name(name, slot, parts[i]));

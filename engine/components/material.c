@@ -26,7 +26,7 @@ static const char *const alpha_modes[] = {"opaque", "mask", "blend", NULL};
 
 #define TRANSFORM_FIELD(texture_, member_, kind_, unit_, doc_)                                               \
     {                                                                                                        \
-        .name = #texture_ "_" #member_, .type = (kind_),                                                     \
+        .name = #texture_ "_texture_" #member_, .type = (kind_),                                             \
         .offset = (uint32_t)offsetof(struct ng_material, texture_##_transform.member_), .unit = (unit_),     \
         .min = -1e6f, .max = 1e6f, .doc = (doc_)                                                             \
     }
