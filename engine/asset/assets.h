@@ -86,9 +86,6 @@ struct ng_image {
     uint32_t width, height, levels;
     enum ng_pixel_format format;
     struct ng_sampling sampling;
-    // Not 0: what is smaller than texels is a mask. Levels above 0 then hold in A the share of level 0's
-    // texels whose A is at least this, not the mean.
-    float alpha_cutoff;
     void *pixels;
     size_t size; // bytes of all levels
 };

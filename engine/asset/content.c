@@ -216,7 +216,6 @@ static bool images_equal(const struct ng_image *a, const struct ng_image *b)
 {
     return a->width == b->width && a->height == b->height && a->levels == b->levels &&
            a->format == b->format && memcmp(&a->sampling, &b->sampling, sizeof a->sampling) == 0 &&
-           !(a->alpha_cutoff < b->alpha_cutoff) && !(a->alpha_cutoff > b->alpha_cutoff) &&
            a->size == b->size && same_bytes(a->pixels, b->pixels, a->size);
 }
 

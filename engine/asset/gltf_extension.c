@@ -171,7 +171,7 @@ static ng_result read_asset(struct gltf_loader *l, const struct place *p, ng_com
     if (uri && uri->kind == GLTF_STRING)
         NG_TRY(ng_gltf_picture(l, p->where, uri->string, &asset));
     else if (texture >= 0)
-        NG_TRY(ng_gltf_texture(l, p->where, texture, true, 0, &asset));
+        NG_TRY(ng_gltf_texture(l, p->where, texture, true, &asset));
     else
         return wrong(l, p, expected);
     memcpy(out, &asset, sizeof asset);

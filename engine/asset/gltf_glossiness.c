@@ -26,9 +26,9 @@ static float left_by(const float f0[3])
 
 // A picture of the size of another, to be filled in; its mips are made after that.
 static ng_result begin_picture(struct gltf_loader *l, const char *where, const struct ng_image *of,
-                               enum ng_pixel_format format, float alpha_cutoff, struct ng_image *out)
+                               enum ng_pixel_format format, struct ng_image *out)
 {
-    struct ng_image_params params = {.sampling = of->sampling, .alpha_cutoff = alpha_cutoff};
+    struct ng_image_params params = {.sampling = of->sampling};
     char limit[128];
     ng_gltf_limit_image(l, &params, limit);
     return ng_image_allocate(where, of->width, of->height, format, &params, out);
@@ -49,7 +49,7 @@ static ng_result make_roughness(struct gltf_loader *l, const char *where, const 
 {
     struct ng_image image;
     char name[80];
-    NG_TRY(begin_picture(l, where, gloss, NG_PIXEL_RGBA8, 0, &image));
+    NG_TRY(begin_picture(l, where, gloss, NG_PIXEL_RGBA8, &image));
     const unsigned char *from = gloss->pixels;
     unsigned char *to = image.pixels;
     for (size_t i = 0; i < (size_t)image.width * image.height; i++) {
@@ -77,7 +77,7 @@ static ng_result make_base(struct gltf_loader *l, const char *where, const struc
     char name[80];
     float linear[256];
     const struct ng_image *shape = diffuse ? diffuse : gloss;
-    NG_TRY(begin_picture(l, where, shape, NG_PIXEL_RGBA8_SRGB, ng_gltf_texel_cutoff(m), &image));
+    NG_TRY(begin_picture(l, where, shape, NG_PIXEL_RGBA8_SRGB, &image));
     ng_image_linear_values(linear);
     unsigned char *to = image.pixels;
     for (size_t y = 0; y < image.height; y++)
@@ -144,9 +144,8 @@ ng_result ng_gltf_glossiness(struct gltf_loader *l, const char *where, const str
     out->roughness = 1 - glossiness;
     out->alpha = diffuse[3];
     memcpy(out->base_color, diffuse, sizeof out->base_color);
-    NG_TRY(ng_gltf_use_texture(l, where, &diffuse_use, true, ng_gltf_texel_cutoff(out),
-                               GLTF_SLOT(out, base_color)));
-    NG_TRY(ng_gltf_use_texture(l, where, &gloss_use, true, 0, GLTF_SLOT(out, specular_color)));
+    NG_TRY(ng_gltf_use_texture(l, where, &diffuse_use, true, GLTF_SLOT(out, base_color)));
+    NG_TRY(ng_gltf_use_texture(l, where, &gloss_use, true, GLTF_SLOT(out, specular_color)));
     const struct ng_image *gloss = ng_assets_image(l->assets, out->specular_color_texture);
     if (!gloss || !same_place(out))
         for (int i = 0; i < 3; i++)

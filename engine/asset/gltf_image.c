@@ -10,14 +10,13 @@
 
 static bool same_use(const struct gltf_image_use *a, const struct gltf_image_use *b)
 {
-    return a->srgb == b->srgb && !(a->alpha_cutoff < b->alpha_cutoff) &&
-           !(a->alpha_cutoff > b->alpha_cutoff) &&
+    return a->srgb == b->srgb &&
            memcmp(&a->sampling, &b->sampling, sizeof a->sampling) == 0; // enumerators alone: no padding
 }
 
 static struct gltf_image_use use_of(const struct ng_image_params *p)
 {
-    return (struct gltf_image_use){p->srgb, p->alpha_cutoff, p->sampling};
+    return (struct gltf_image_use){p->srgb, p->sampling};
 }
 
 ng_result ng_gltf_keep_image(struct gltf_loader *l, const char *name, struct ng_image *image, ng_asset *out)
@@ -197,8 +196,7 @@ static ng_result load_once(struct gltf_loader *l, int image, struct ng_image_par
     return NG_OK;
 }
 
-ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture, bool srgb,
-                          float alpha_cutoff, ng_asset *out)
+ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture, bool srgb, ng_asset *out)
 {
     const struct gltf_document *d = l->doc;
     *out = (ng_asset){0};
@@ -221,7 +219,7 @@ ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture,
     }
     if (image < 0 || (uint32_t)image >= d->image_count)
         return ng_gltf_error(l, "texture %d: image %d is not one of %u", texture, image, d->image_count);
-    struct ng_image_params params = {.srgb = srgb, .alpha_cutoff = alpha_cutoff};
+    struct ng_image_params params = {.srgb = srgb};
     NG_TRY(read_sampler(l, texture, t->sampler, &params.sampling));
     const struct gltf_image_use use = use_of(&params);
     uint32_t loaded = find_loaded(l, image, &use);

@@ -36,7 +36,6 @@ struct gltf_stand_in {
 // How a picture is used.
 struct gltf_image_use {
     bool srgb;
-    float alpha_cutoff; // as in struct ng_image
     struct ng_sampling sampling;
 };
 
@@ -183,7 +182,7 @@ NG_NODISCARD ng_result ng_gltf_components(struct gltf_loader *l, ng_entity e, co
 // ---- gltf_image.c, gltf_material.c -----------------------------------------------------------------------
 // The image of a texture, loaded when it is first asked for.
 NG_NODISCARD ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture, bool srgb,
-                                       float alpha_cutoff, ng_asset *out);
+                                       ng_asset *out);
 // A picture file beside the document.
 NG_NODISCARD ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *uri,
                                        ng_asset *out);
@@ -206,10 +205,8 @@ struct gltf_slot {
     (&(struct gltf_slot){&(material)->name##_texture, &(material)->name##_uv_set,                            \
                          &(material)->name##_transform})
 NG_NODISCARD ng_result ng_gltf_use_texture(struct gltf_loader *l, const char *where,
-                                           const struct gltf_texture_use *use, bool srgb, float alpha_cutoff,
+                                           const struct gltf_texture_use *use, bool srgb,
                                            const struct gltf_slot *slot);
-// Which of its base colour's texels a mask keeps: struct ng_image's alpha_cutoff. 0: of no mask.
-float ng_gltf_texel_cutoff(const struct ng_material *m);
 // A member that is an array of so many numbers; without it `out` stays.
 void ng_gltf_numbers(const struct gltf_value *object, const char *key, uint32_t count, float *out);
 

@@ -20,7 +20,7 @@ void ng_gltf_numbers(const struct gltf_value *object, const char *key, uint32_t 
 }
 
 ng_result ng_gltf_use_texture(struct gltf_loader *l, const char *where, const struct gltf_texture_use *use,
-                              bool srgb, float alpha_cutoff, const struct gltf_slot *slot)
+                              bool srgb, const struct gltf_slot *slot)
 {
     const struct gltf_value *moved = ng_gltf_member(use->extensions, "KHR_texture_transform");
     if (use->texture == -1)
@@ -36,8 +36,7 @@ ng_result ng_gltf_use_texture(struct gltf_loader *l, const char *where, const st
     struct gltf_part part;
     ng_gltf_part_begin(&part, "the scene is drawn without it");
     part.where = where;
-    return ng_gltf_part_end(&l->faults, &part,
-                            ng_gltf_texture(l, where, use->texture, srgb, alpha_cutoff, slot->image));
+    return ng_gltf_part_end(&l->faults, &part, ng_gltf_texture(l, where, use->texture, srgb, slot->image));
 }
 
 static void copy3(float out[3], const double *in)
@@ -69,13 +68,8 @@ static ng_result dielectric(struct gltf_loader *l, const char *where, const stru
     out->ior = (float)ng_gltf_number(ior, "ior", 1.5);
     out->specular = (float)ng_gltf_number(specular, "specularFactor", 1);
     ng_gltf_numbers(specular, "specularColorFactor", 3, out->specular_color);
-    NG_TRY(ng_gltf_use_texture(l, where, &weight, false, 0, GLTF_SLOT(out, specular)));
-    return ng_gltf_use_texture(l, where, &color, true, 0, GLTF_SLOT(out, specular_color));
-}
-
-float ng_gltf_texel_cutoff(const struct ng_material *m)
-{
-    return m->alpha_mode == NG_ALPHA_MASK && m->alpha > 0 ? m->alpha_cutoff / m->alpha : 0;
+    NG_TRY(ng_gltf_use_texture(l, where, &weight, false, GLTF_SLOT(out, specular)));
+    return ng_gltf_use_texture(l, where, &color, true, GLTF_SLOT(out, specular_color));
 }
 
 // Before KHR_materials_emissive_strength exporters wrote factors above 1.
@@ -111,14 +105,13 @@ static ng_result make_material(struct gltf_loader *l, const char *where, const s
     out.double_sided = m->double_sided;
     out.unlit = ng_gltf_member(m->extensions, "KHR_materials_unlit") != NULL;
     NG_TRY(alpha_mode(l, where, m->alpha_mode, &out.alpha_mode));
-    NG_TRY(ng_gltf_use_texture(l, where, &m->normal_texture, false, 0, GLTF_SLOT(&out, normal)));
-    NG_TRY(ng_gltf_use_texture(l, where, &m->emissive_texture, true, 0, GLTF_SLOT(&out, emissive)));
+    NG_TRY(ng_gltf_use_texture(l, where, &m->normal_texture, false, GLTF_SLOT(&out, normal)));
+    NG_TRY(ng_gltf_use_texture(l, where, &m->emissive_texture, true, GLTF_SLOT(&out, emissive)));
     if (glossiness && !out.unlit) {
         NG_TRY(ng_gltf_glossiness(l, where, glossiness, &out));
     } else {
-        NG_TRY(ng_gltf_use_texture(l, where, &m->base_color_texture, true, ng_gltf_texel_cutoff(&out),
-                                   GLTF_SLOT(&out, base_color)));
-        NG_TRY(ng_gltf_use_texture(l, where, &m->metallic_roughness_texture, false, 0,
+        NG_TRY(ng_gltf_use_texture(l, where, &m->base_color_texture, true, GLTF_SLOT(&out, base_color)));
+        NG_TRY(ng_gltf_use_texture(l, where, &m->metallic_roughness_texture, false,
                                    GLTF_SLOT(&out, metallic_roughness)));
         NG_TRY(dielectric(l, where, m, &out));
     }

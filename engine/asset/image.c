@@ -96,7 +96,6 @@ ng_result ng_image_allocate(const char *name, uint32_t width, uint32_t height, e
     out->levels = 1;
     out->format = format;
     out->sampling = params->sampling;
-    out->alpha_cutoff = params->alpha_cutoff;
     out->size = (size_t)size;
     return NG_OK;
 }
@@ -348,7 +347,6 @@ struct reduction {
     uint32_t from_width, from_height;
     enum ng_pixel_format format;
     struct codes color, alpha;
-    float alpha_cutoff; // not 0: `from` is level 0 of a mask, of which the share that is there is kept
 };
 
 static void read_texel(const struct reduction *r, size_t index, float out[4])
@@ -386,8 +384,6 @@ static void reduce(const struct reduction *r)
             for (uint32_t j = 0; j < v.count; j++)
                 for (uint32_t i = 0; i < u.count; i++) {
                     read_texel(r, (size_t)(v.first + j) * r->from_width + u.first + i, texel);
-                    if (r->alpha_cutoff > 0)
-                        texel[3] = texel[3] >= r->alpha_cutoff ? 1.0f : 0.0f;
                     for (int c = 0; c < 4; c++)
                         sum[c] += texel[c] * v.weights[j] * u.weights[i];
                 }
@@ -404,7 +400,6 @@ void ng_image_update_mips(struct ng_image *image)
     for (uint32_t level = 1; level < image->levels; level++) {
         r.from = ng_image_level(image, level - 1, &r.from_width, &r.from_height);
         r.to = ng_image_level(image, level, NULL, NULL);
-        r.alpha_cutoff = level == 1 ? image->alpha_cutoff : 0;
         reduce(&r);
     }
 }

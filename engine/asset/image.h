@@ -12,7 +12,6 @@ NG_EXTERN_C_BEGIN
 struct ng_image_params {
     bool srgb; // 8-bit content is colour, decoded to linear when sampled (NG_PIXEL_RGBA8_SRGB)
     struct ng_sampling sampling;
-    float alpha_cutoff;  // as in struct ng_image
     bool no_mips;        // level 0 alone
     uint32_t max_side;   // pixels; 16,384. Checked in the header, before anything is allocated
     uint64_t max_memory; // bytes of the decoded image with its mips; 512 MiB

@@ -10,7 +10,7 @@ bool is_cut(ng_material_data m, ng_instance_data instance, bool front, float alp
     float threshold = ng_coverage_threshold(uint(gl_FragCoord.x), uint(gl_FragCoord.y), surface) + 0.5 * NG_COVERAGE_STEP;
     if ((m.flags & NG_MATERIAL_BLEND) != 0)
         return alpha * factor < threshold;
-    // Smaller levels of a mask hold the share of texels that are there: where texels are smaller than pixels, the same
+    // Smaller levels hold the mean, of a mask about the share of texels that are there: where texels are smaller than pixels, the same
     // share of pixels is drawn (after Wyman and McGuire, "Hashed alpha testing", 2017), so that leaves do not vanish with
     // distance.
     float cutoff = m.alpha_cutoff / max(factor, 1e-6);
