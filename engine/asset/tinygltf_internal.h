@@ -1,7 +1,8 @@
 // tinygltf as the engine has it: without files, without pictures, and compiled in (gltf_tinygltf.cc).
 //
 // Not Debian's shared library: libdraco has an older tinygltf of the same names in it, and which of the two
-// answers would be a matter of the order in which they are linked. Hidden symbols of our own keep out of that.
+// answers would be a matter of the order in which they are linked. Hidden symbols of our own keep out of
+// that.
 #ifndef NG_ASSET_TINYGLTF_INTERNAL_H
 #define NG_ASSET_TINYGLTF_INTERNAL_H
 

@@ -19,8 +19,7 @@ ng_result ng_webp_decode(const char *name, const void *data, size_t size,
         return NG_ERROR_UNSUPPORTED;
     }
     enum ng_pixel_format format = params->srgb ? NG_PIXEL_RGBA8_SRGB : NG_PIXEL_RGBA8;
-    NG_TRY(
-        ng_image_allocate(name, (uint32_t)features.width, (uint32_t)features.height, format, params, out));
+    NG_TRY(ng_image_allocate(name, (uint32_t)features.width, (uint32_t)features.height, format, params, out));
     if (WebPDecodeRGBAInto(data, size, out->pixels, out->size, features.width * 4))
         return NG_OK;
     ng_log_error("%s: WebP: the data is damaged or ends too early", name);

@@ -212,7 +212,7 @@ static ng_result write_material(struct ng_extractor *x, ng_entity e, const struc
             out.emission[i] = m->base_color[i];
     }
     for (int i = 0; i < NG_TEXTURE_COUNT; i++) {
-        struct ng_material_texture_use use = ng_material_texture_of(m, i);
+        struct ng_material_texture_use use = ng_material_texture_of(m, (enum ng_material_texture)i);
         NG_TRY(image_index(x, use.image, &out.textures[i].image));
         out.textures[i].uv_set = use.uv_set;
         ng_extract_coordinates(&use.transform, &out.textures[i]);

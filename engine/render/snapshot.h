@@ -79,12 +79,14 @@ struct ng_snapshot_texture {
 };
 
 // Of a material without textures.
+#define NG_SNAPSHOT_NO_TEXTURE                                                                               \
+    {                                                                                                        \
+        .image = NG_NONE                                                                                     \
+    }
 #define NG_SNAPSHOT_NO_TEXTURES                                                                              \
     {                                                                                                        \
-        {NG_NONE}, {NG_NONE}, {NG_NONE}, {NG_NONE}, {NG_NONE},                                               \
-        {                                                                                                    \
-            NG_NONE                                                                                          \
-        }                                                                                                    \
+        NG_SNAPSHOT_NO_TEXTURE, NG_SNAPSHOT_NO_TEXTURE, NG_SNAPSHOT_NO_TEXTURE, NG_SNAPSHOT_NO_TEXTURE,      \
+            NG_SNAPSHOT_NO_TEXTURE, NG_SNAPSHOT_NO_TEXTURE                                                   \
     }
 
 // Texture coordinates of a mesh on one of its material's images.

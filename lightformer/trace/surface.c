@@ -138,7 +138,7 @@ static void find_textured_look(const struct lf_tracer *tracer, const struct lf_i
     find_base(tracer, in, hit, texels[NG_TEXTURE_BASE_COLOR]);
     for (int i = 0; i < NG_TEXTURE_COUNT; i++)
         if (i != NG_TEXTURE_BASE_COLOR && i != NG_TEXTURE_NORMAL)
-            read_texture(tracer, in, i, hit, texels[i]);
+            read_texture(tracer, in, (enum ng_material_texture)i, hit, texels[i]);
     find_look(in->material, texels, out);
 }
 

@@ -114,6 +114,8 @@ static void write_draco(const unsigned char *data, size_t size, const char *memb
 
 #define USUAL "\"attributes\": {\"POSITION\": 0, \"COLOR_0\": 1}"
 
+#define NO_VIEW "\"bufferView\": 9, " USUAL
+
 static size_t make_draco(bool edgebreaker, bool metadata, unsigned char *out, size_t room)
 {
     const struct draco_source source = {VERTICES, INDICES,     positions[0], colors[0],
@@ -149,7 +151,7 @@ static void test_draco_that_does_not_fit(void **state)
                                         "\"attributes\": {\"POSITION\": -1}",
                                         "\"attributes\": 3",
                                         "\"attributes\": {\"POSITION\": \"x\"}",
-                                        "\"bufferView\": 9, " USUAL};
+                                        NO_VIEW};
     static unsigned char data[16384];
     size_t size = make_draco(false, false, data, sizeof data);
     for (size_t i = 0; i < NG_COUNT(wrong); i++) {

@@ -437,9 +437,11 @@ static void test_morph_targets(void **state)
             if (!morph)
                 continue;
             bool is_own = strcmp(name, "own") == 0;
-            assert_float_equal(morph->weights[1], is_own ? 0.25 : 2, 0);
-            assert_float_equal(morph->weights[4], is_own ? 0 : 1e6, 0); // moved into the field's range
-            assert_float_equal(morph->weights[5], 0, 0);                // of no target
+            const float weight_1 = is_own ? 0.25f : 2,
+                        weight_4 = is_own ? 0 : 1e6f; // moved into the field's range
+            assert_float_equal(morph->weights[1], weight_1, 0);
+            assert_float_equal(morph->weights[4], weight_4, 0);
+            assert_float_equal(morph->weights[5], 0, 0); // of no target
         }
         finish(&l);
     }

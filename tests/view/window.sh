@@ -22,13 +22,13 @@ wait_for() {
     shift
     end=$(($(date +%s) + patience))
     try "$@" && return
-    kill -0 $viewer 2>/dev/null || fail "the program ended while waiting for $what"
+    kill -0 "$viewer" 2>/dev/null || fail "the program ended while waiting for $what"
     fail "waited in vain for $what"
 }
 # The same, within the time of the wait_for that it is a part of. False: in vain.
 try() {
     until "$@" >/dev/null 2>&1; do
-        [ "$(date +%s)" -lt $end ] && kill -0 $viewer 2>/dev/null || return 1
+        [ "$(date +%s)" -lt "$end" ] && kill -0 "$viewer" 2>/dev/null || return 1
         sleep 0.05
     done
 }
@@ -78,7 +78,7 @@ settled() {
 quit() {
     xdotool key Escape
     status=0
-    wait $viewer || status=$?
+    wait "$viewer" || status=$?
     [ $status -eq 0 ] || fail "exit code $status"
     if grep -q 'error' log; then fail 'errors in the log'; fi
 }
