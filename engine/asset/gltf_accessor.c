@@ -282,7 +282,7 @@ ng_result ng_gltf_read(struct gltf_loader *l, int index, const struct gltf_want 
     char what[64];
     snprintf(what, sizeof what, "accessor %d: %s", index, want->what);
     NG_TRY(ng_gltf_budget(l, words * sizeof(union word), what));
-    union word *items = calloc(words, sizeof *items);
+    union word *items = calloc(words + 1, sizeof *items);
     if (!items)
         return ng_out_of_memory(l->path);
     ng_result r = fill(l, index, want, used, items);

@@ -106,7 +106,8 @@ static ng_result add_channel(struct gltf_loader *l, const struct source *s, stru
         return r;
     }
     clip->channels[clip->channel_count++] = c;
-    clip->duration = fmaxf(clip->duration, c.times[c.key_count - 1]);
+    if (c.key_count)
+        clip->duration = fmaxf(clip->duration, c.times[c.key_count - 1]);
     return NG_OK;
 }
 

@@ -101,7 +101,7 @@ static ng_result wrong(const struct gltf_loader *l, const struct place *p, const
 static ng_result read_floats(const struct gltf_loader *l, const struct place *p, const struct gltf_value *v,
                              void *field)
 {
-    float out[16];
+    float out[16] = {0};
     uint32_t n = ng_field_size(p->field->type) / (uint32_t)sizeof(float);
     const struct gltf_value *items = n == 1 ? v : v->items;
     NG_REQUIRE(n <= 16, "a field has at most 16 floats");

@@ -96,12 +96,22 @@ static ng_result make_base(struct gltf_loader *l, const char *where, const struc
     return end_picture(l, name, &image, out);
 }
 
+static bool same_transform(const struct ng_texture_transform *a, const struct ng_texture_transform *b)
+{
+    const float of_a[] = {a->offset[0], a->offset[1], a->rotation, a->scale[0], a->scale[1]};
+    const float of_b[] = {b->offset[0], b->offset[1], b->rotation, b->scale[0], b->scale[1]};
+    for (size_t i = 0; i < NG_COUNT(of_a); i++)
+        if (of_a[i] < of_b[i] || of_a[i] > of_b[i])
+            return false;
+    return true;
+}
+
 // Pictures can be multiplied where the same coordinates look them up.
 static bool same_place(const struct ng_material *m)
 {
-    return !m->base_color_texture.id || (m->base_color_uv_set == m->specular_color_uv_set &&
-                                         memcmp(&m->base_color_transform, &m->specular_color_transform,
-                                                sizeof m->base_color_transform) == 0);
+    return !m->base_color_texture.id ||
+           (m->base_color_uv_set == m->specular_color_uv_set &&
+            same_transform(&m->base_color_transform, &m->specular_color_transform));
 }
 
 static bool is_bytes(const struct ng_image *image)

@@ -70,8 +70,9 @@ void ng_gltf_limit_image(const struct gltf_loader *l, struct ng_image_params *p,
 
 // A picture file beside the document; the image is named after it, messages also say who refers to it.
 static ng_result load_file(struct gltf_loader *l, const char *where, const char *uri,
-                           struct ng_image_params *params, ng_asset *out)
+                           const struct ng_image_params *params, ng_asset *out)
 {
+    struct ng_image_params limited = *params;
     char path[4096], name[4096];
     const char *why;
     if (!ng_gltf_uri_path(l->path, uri, path, sizeof path, &why))
@@ -80,26 +81,28 @@ static ng_result load_file(struct gltf_loader *l, const char *where, const char 
         l->limits.file(l->limits.user, path);
     snprintf(name, sizeof name, "%.3000s: %.200s: %.800s", l->path, where, path);
     char limit[128];
-    ng_gltf_limit_image(l, params, limit);
+    ng_gltf_limit_image(l, &limited, limit);
     void *data;
     size_t size;
     NG_TRY(ng_file_read_named(name, path, l->limits.max_file_size, &data, &size));
     l->out.hash = ng_hash_bytes(l->out.hash, data, size);
-    ng_result r = decode(l, name, path, data, size, params, out);
+    ng_result r = decode(l, name, path, data, size, &limited, out);
     free(data);
     return r;
 }
 
-static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_params *params, ng_asset *out)
+static ng_result load_image(struct gltf_loader *l, int index, const struct ng_image_params *params,
+                            ng_asset *out)
 {
     const struct gltf_image *image = &l->doc->images[index];
+    struct ng_image_params limited = *params;
     char where[32], name[4096];
     snprintf(where, sizeof where, "image %d", index);
     if (image->uri[0] && !ng_gltf_is_data_uri(image->uri))
         return load_file(l, where, image->uri, params, out);
     snprintf(name, sizeof name, "%.3500s: %s", l->path, where);
     char limit[128];
-    ng_gltf_limit_image(l, params, limit);
+    ng_gltf_limit_image(l, &limited, limit);
     const unsigned char *data = NULL;
     unsigned char *own = NULL;
     size_t size = 0;
@@ -110,7 +113,7 @@ static ng_result load_image(struct gltf_loader *l, int index, struct ng_image_pa
     else
         NG_TRY(ng_gltf_view_bytes(l, image->view, &data, &size));
     const char *kept = image->name[0] ? image->name : name;
-    ng_result r = decode(l, name, kept, own ? own : data, size, params, out);
+    ng_result r = decode(l, name, kept, own ? own : data, size, &limited, out);
     free(own);
     return r;
 }

@@ -253,7 +253,7 @@ int ng_gltf_index(const struct gltf_value *object, const char *key, int missing)
 const char *ng_gltf_text(const struct gltf_value *object, const char *key, const char *missing);
 bool ng_gltf_bool(const struct gltf_value *object, const char *key, bool missing);
 // A texture that a member names; texture -1 if there is none.
-struct gltf_texture_use ng_gltf_texture_use(const struct gltf_value *object, const char *key);
+struct gltf_texture_use ng_gltf_texture_use(const struct gltf_value *v, const char *key);
 // A member that is an array, or null.
 const struct gltf_value *ng_gltf_array(const struct gltf_value *object, const char *key);
 // The length of an array (or null) of numbers; 0 if one of its items is none.

@@ -183,9 +183,6 @@ NG_NODISCARD ng_result ng_gltf_components(struct gltf_loader *l, ng_entity e, co
 // The image of a texture, loaded when it is first asked for.
 NG_NODISCARD ng_result ng_gltf_texture(struct gltf_loader *l, const char *where, int texture, bool srgb,
                                        ng_asset *out);
-// A picture file beside the document.
-NG_NODISCARD ng_result ng_gltf_picture(struct gltf_loader *l, const char *where, const char *uri,
-                                       ng_asset *out);
 // What a sampler says; a mode that the standard does not have is the default. Filters of 0: none is named.
 struct ng_sampling ng_gltf_sampling(int wrap_s, int wrap_t, int mag_filter, int min_filter);
 // Gives the store an image that was made from others. Takes it, also on failure.

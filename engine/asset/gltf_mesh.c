@@ -461,6 +461,7 @@ ng_result ng_gltf_shape(struct gltf_loader *l, uint32_t mesh, uint32_t primitive
         NG_TRY(ng_gltf_part_end(&l->faults, &part, find_shape(l, p, m->name, where, made)));
         *made = part.lost ? &l->nothing : *made;
     }
+    NG_REQUIRE(*made, "a primitive that was read has a shape");
     *out = **made;
     return NG_OK;
 }

@@ -125,7 +125,8 @@ static bool keep_entities(struct gltf_loader *l, struct ng_gltf_origin *o)
         if (!keep_values(o, l->world, &kept) || !ng_array_push(&o->entities, kept))
             return false;
     }
-    qsort(o->entities.items, o->entities.count, sizeof *o->entities.items, compare_kept);
+    if (o->entities.count)
+        qsort(o->entities.items, o->entities.count, sizeof *o->entities.items, compare_kept);
     set_role(o, l->out.root, GLTF_ROOT, 0, 0);
     for (uint32_t i = 0; i < l->doc->node_count; i++)
         set_role(o, l->nodes[i], GLTF_NODE, (int)i, 0);

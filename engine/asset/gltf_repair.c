@@ -71,8 +71,8 @@ static int compare_times(const void *a, const void *b)
 static ng_result sort_keys(struct gltf_loader *l, struct ng_channel *c)
 {
     size_t width = key_width(c);
-    struct key_time *order = malloc(c->key_count * sizeof *order);
-    float *values = malloc(c->key_count * width * sizeof *values);
+    struct key_time *order = malloc((c->key_count + (size_t)1) * sizeof *order);
+    float *values = malloc((c->key_count * width + 1) * sizeof *values);
     for (uint32_t i = 0; order && values && i < c->key_count; i++)
         order[i] = (struct key_time){c->times[i], i};
     if (order && values)

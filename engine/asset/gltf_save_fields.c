@@ -119,7 +119,8 @@ bool ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, cons
 {
     float got[4];
     for (int k = 0; k < 4096; k++) {
-        double scale = 1 + (k % 2 ? -1 : 1) * (k + 1) / 2 * 2.9e-8;
+        int away = (k % 2 ? -1 : 1) * ((k + 1) / 2);
+        double scale = 1 + away * 2.9e-8;
         for (unsigned i = 0; i < width; i++)
             out[i] = got[i] = (float)((double)value[i] * scale);
         normalize(got);

@@ -117,8 +117,8 @@ bool ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, cons
 
 // ---- gltf_save_image.c, gltf_save_material.c -------------------------------------------------------------
 // A texture of this image.
-int ng_gltf_save_texture(struct gltf_saver *s, ng_asset image);
-void ng_gltf_save_picture(struct gltf_saver *s, struct cJSON *field, ng_asset image);
+int ng_gltf_save_texture(struct gltf_saver *s, ng_asset asset);
+void ng_gltf_save_picture(struct gltf_saver *s, struct cJSON *field, ng_asset asset);
 void ng_gltf_save_material(struct gltf_saver *s, const struct gltf_saved *p);
 
 // ---- gltf_save_mesh.c ------------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ void ng_gltf_save_mesh(struct gltf_saver *s, const struct gltf_saved *p);
 
 // ---- gltf_save_node.c, gltf_save_skin.c, gltf_save_animation.c -------------------------------------------
 void ng_gltf_save_node(struct gltf_saver *s, const struct gltf_saved *p);
-int ng_gltf_save_skin(struct gltf_saver *s, ng_asset skeleton);
+int ng_gltf_save_skin(struct gltf_saver *s, ng_asset id);
 void ng_gltf_save_animation(struct gltf_saver *s, const struct gltf_saved *p);
 
 // ---- gltf_save_slots.c -----------------------------------------------------------------------------------

@@ -23,6 +23,11 @@ static void normalize_rotation(float *q)
     glm_vec4_scale(q, 1 / glm_vec4_norm(q), q);
 }
 
+static bool same_bits(const void *a, const void *b, size_t size)
+{
+    return memcmp(a, b, size) == 0;
+}
+
 static void save_transform(struct gltf_saver *s, const struct gltf_saved *p, cJSON *node)
 {
     static const struct ng_transform identity = {.rotation = {0, 0, 0, 1}, .scale = {1, 1, 1}};
@@ -39,9 +44,9 @@ static void save_transform(struct gltf_saver *s, const struct gltf_saved *p, cJS
         return;
     float rotation[4];
     ng_gltf_before_normalizing(normalize_rotation, 4, now->rotation, rotation);
-    bool turned = memcmp(now->rotation, identity.rotation, sizeof rotation) != 0;
-    bool scaled = memcmp(now->scale, identity.scale, sizeof now->scale) != 0;
-    bool placed = memcmp(now->translation, identity.translation, sizeof now->translation) != 0;
+    bool turned = !same_bits(now->rotation, identity.rotation, sizeof rotation);
+    bool scaled = !same_bits(now->scale, identity.scale, sizeof now->scale);
+    bool placed = !same_bits(now->translation, identity.translation, sizeof now->translation);
     bool matrix = ng_gltf_json_get(node, "matrix");
     ng_gltf_json_remove(node, "matrix");
     const struct {

@@ -282,9 +282,9 @@ const unsigned char *ng_gltf_save_compact(struct gltf_saver *s, const unsigned c
         s->w.data_offset = used;
         *size = used;
         old = out;
-    } else if (s->released_view && old) {
+    } else {
+        s->w.failed |= s->released_view && old;
         free(out);
-        s->w.failed = true;
     }
     ng_array_finish(&kept.list);
     ng_array_finish(&added.list);

@@ -12,7 +12,7 @@ NG_NODISCARD ng_result ng_image_allocate(const char *name, uint32_t width, uint3
 
 // Linear values of sRGB's codes, and the code that is nearest to a linear value.
 void ng_image_linear_values(float linear[256]);
-unsigned char ng_image_srgb_code(float linear);
+unsigned char ng_image_srgb_code(float v);
 
 #define NG_IMAGE_MAX_SIDE   16384u
 #define NG_IMAGE_MAX_MEMORY ((uint64_t)512 << 20)

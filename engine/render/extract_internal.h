@@ -216,7 +216,7 @@ const float *ng_extract_placement(const struct ng_extractor *x, ng_entity e);
 // old one (or null) did, whose vertices it takes, or anew.
 NG_NODISCARD ng_result ng_extract_deform_piece(struct ng_extractor *x, struct ng_piece *piece,
                                                struct ng_piece *old);
-void ng_extract_free_deformed(struct ng_deformed **skin);
+void ng_extract_free_deformed(struct ng_deformed **deformed);
 // Drops poses that no piece was made to follow since the mark.
 void ng_extract_mark_poses(struct ng_extractor *x);
 void ng_extract_sweep_poses(struct ng_extractor *x);

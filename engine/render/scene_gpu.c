@@ -435,11 +435,10 @@ uint64_t ng_scene_gpu_seen(const struct ng_scene_gpu *s, const struct ng_seen_pa
     float planes[6][4];
     frustum_planes(p->view_projection, planes);
     uint64_t key = NG_KEY;
-    const struct ng_snapshot_light *light = p->not_beside ? &s->snapshot->lights[p->skip_light] : NULL;
     for (uint32_t i = 0; i < s->snapshot->instance_count; i++) {
         const struct ng_snapshot_instance *instance = &s->snapshot->instances[i];
         if (!is_skipped(s->snapshot, instance, p->skip_light) && inside(planes, instance) &&
-            !(light && ng_lamp_is_beside(instance, light)))
+            !(p->not_beside && ng_lamp_is_beside(instance, &s->snapshot->lights[p->skip_light])))
             key = ng_key_add(ng_key_add(key, instance->entity.id), instance->version);
     }
     return key;

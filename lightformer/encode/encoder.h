@@ -67,7 +67,7 @@ void lf_encoder_destroy(struct lf_encoder **encoder);
 // Registers a provider that publishes lf_encoded_pixels_item and, of each light that shines,
 // lf_embedding_item, in frames that want the method. Once; the composer is borrowed until lf_encoder_leave.
 NG_NODISCARD ng_result lf_encoder_join(struct lf_encoder *encoder, struct ng_composer *composer);
-void lf_encoder_leave(struct lf_encoder *encoder);
+void lf_encoder_leave(struct lf_encoder *self);
 
 // Buffers of the graph that clues lie in; a zero ref: there is none.
 struct lf_pixel_buffers {

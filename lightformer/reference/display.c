@@ -78,7 +78,8 @@ static struct shares find_shares(const struct lf_reference *r, struct lf_path_sc
     if (!r->params.antialias)
         add_sight(r, scene, center, pixel, 1, &sum);
     for (int i = 0; r->params.antialias && i < EDGE * EDGE; i++) {
-        float u = ((float)(i % EDGE) + 0.5f) / EDGE, v = ((float)(i / EDGE) + 0.5f) / EDGE;
+        const int column = i % EDGE, row = i / EDGE;
+        float u = ((float)column + 0.5f) / EDGE, v = ((float)row + 0.5f) / EDGE;
         const float at[2] = {center[0] + lf_tent(u), center[1] + lf_tent(v)};
         add_sight(r, scene, at, NULL, 1.0f / (EDGE * EDGE), &sum);
     }

@@ -94,6 +94,8 @@ static inline bool scene_same_asset(const struct scene *a, const struct scene *b
 static inline bool scene_same_field(const struct scene *a, const struct scene *b, const struct ng_field *f,
                                     const void *x, const void *y)
 {
+    if (!x || !y)
+        return x == y;
     if (f->type == NG_FIELD_ENTITY) {
         ng_entity p, q;
         memcpy(&p, x, sizeof p);
@@ -116,7 +118,7 @@ static inline void scene_assert_equal(struct scene *a, struct scene *b, const ch
     scene_list(b);
     if (a->count != b->count)
         fail_msg("%s: %zu entities, not %zu", what, b->count, a->count);
-    for (size_t i = 0; i < a->count; i++) {
+    for (size_t i = 0; i < a->count && a->entities && b->entities; i++) {
         ng_entity x = a->entities[i], y = b->entities[i];
         if (i && scene_place(a, ng_world_parent(a->world, x)) != scene_place(b, ng_world_parent(b->world, y)))
             fail_msg("%s: entity %zu (%s) has another parent", what, i, scene_name(a, i));

@@ -35,7 +35,7 @@ static inline void put_file(const char *name, const void *data, size_t size, cha
     assert_int_equal(fwrite(data, 1, size, out), size);
     assert_int_equal(fclose(out), 0);
     if (path)
-        strcpy(path, file);
+        memcpy(path, file, strlen(file) + 1);
 }
 
 static inline void begin_world(struct loaded *l)

@@ -259,7 +259,8 @@ static void a_clip_chosen_plays_alone(void **state)
         assert_int_equal(ng_world_run(world, 0.5), NG_OK);
         const struct ng_transform *now = ng_world_get(world, tip, NG_TRANSFORM);
         if (steps[i].choice != NG_CLIPS_ALL) // whose mean stands as at rest
-            assert_int_equal(memcmp(now, &rest, sizeof rest) == 0, steps[i].choice == NG_CLIPS_NONE);
+            assert_int_equal(memcmp((const void *)now, (const void *)&rest, sizeof rest) == 0,
+                             steps[i].choice == NG_CLIPS_NONE);
     }
     ng_clip_menu_destroy(&menu);
     ng_world_destroy(&world);

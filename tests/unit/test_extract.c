@@ -860,7 +860,8 @@ static void test_light_of_a_material(void **state)
     uint32_t on_b = 0;
     for (int i = 0; i < 64; i++) {
         struct ng_light_sample sample;
-        const float u[2] = {((float)(i % 8) + 0.5f) / 8, ((float)(i / 8) + 0.5f) / 8};
+        const int column = i % 8, row = i / 8;
+        const float u[2] = {((float)column + 0.5f) / 8, ((float)row + 0.5f) / 8};
         ng_light_sample_at(&light->source, u, &sample);
         assert_true(sample.normal[2] == 1 && (sample.position[0] < 0 || sample.position[0] < 4));
         on_b += sample.position[0] < 0;

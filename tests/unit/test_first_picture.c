@@ -102,7 +102,8 @@ static void test_dark_lights(void **state)
     assert_int_equal(ng_file_read("tests/files/good/no_camera.gltf", 0, &data, &size), NG_OK);
     char *strength = strstr(data, "\"intensity\": 2.5");
     assert_non_null(strength);
-    memcpy(strength, "\"intensity\": 0.0", strlen("\"intensity\": 0.0"));
+    strength[strlen("\"intensity\": ")] = '0'; // 0.0
+    strength[strlen("\"intensity\": 2.")] = '0';
     test_path(path, sizeof path, "dark.gltf");
     assert_int_equal(ng_file_write(path, data, size), NG_OK);
     free(data);

@@ -92,6 +92,11 @@ static void names_finish(struct names *names)
 }
 
 // The path of a file in a folder of the scratch directory.
+static void set_ending(char *path, const char *ending)
+{
+    memcpy(strrchr(path, '.'), ending, strlen(ending) + 1);
+}
+
 static void place(char out[512], const char *folder, const char *name)
 {
     test_path(out, 512, folder);
@@ -167,7 +172,7 @@ static void the_other_kind_of_file_holds_the_same_scene(void **state)
         struct scene a, b, c;
         place(there, "there", ng_path_name(from));
         place(back, "back", ng_path_name(from));
-        strcpy(strrchr(there, '.'), binary ? ".gltf" : ".glb");
+        set_ending(there, binary ? ".gltf" : ".glb");
         load(&a, from, true);
         save(&a, there);
         load(&b, there, true);
@@ -194,7 +199,7 @@ static void a_world_alone_is_written_whole(void **state)
             char out[512];
             struct scene a, b;
             place(out, "alone", ng_path_name(names.paths.items[i]));
-            strcpy(strrchr(out, '.'), endings[k]);
+            set_ending(out, endings[k]);
             load(&a, names.paths.items[i], false);
             drop_camera(&a);
             save(&a, out);
@@ -516,7 +521,7 @@ static void an_edited_scene_comes_back(void **state)
             bool nodes = ng_world_has(a.world, ng_world_first_child(a.world, a.loaded.root), NG_TRANSFORM);
             if (nodes && edits[k].make(&a)) {
                 place(out, edits[k].name, ng_path_name(names.paths.items[i]));
-                strcpy(strrchr(out, '.'), endings[(i + k) % 2]);
+                set_ending(out, endings[(i + k) % 2]);
                 save(&a, out);
                 load(&b, out, false);
                 drop_camera(&a);
@@ -588,7 +593,7 @@ static void foreign_parts_survive(void **state)
             load(&s, from, true);
             if (!removes && edits[k].make(&s)) {
                 place(out, edits[k].name, "foreign.gltf");
-                strcpy(strrchr(out, '.'), endings[i]);
+                set_ending(out, endings[i]);
                 save(&s, out);
                 cJSON *after = read_json(out);
                 if (i == 1) { // buffers and pictures are within

@@ -137,7 +137,7 @@ static void test_polygons(void **state)
                 y[k] = places[i][1] + r * sin(t);
                 snprintf(text + strlen(text), sizeof text - strlen(text), "v %.9g %.9g 0\n", x[k], y[k]);
             }
-            strcat(text, "f");
+            snprintf(text + strlen(text), sizeof text - strlen(text), "f");
             for (int k = 0; k < corners; k++) {
                 area += x[k] * y[(k + 1) % corners] - x[(k + 1) % corners] * y[k];
                 snprintf(text + strlen(text), sizeof text - strlen(text), " %d", k + 1);
@@ -381,7 +381,8 @@ static void test_limits(void **state)
 
 static void note_file(void *user, const char *path)
 {
-    strcat(user, strrchr(path, '/'));
+    const char *name = strrchr(path, '/');
+    memcpy((char *)user + strlen(user), name, strlen(name) + 1);
 }
 
 // Whoever writes pictures is told of each file that is read; equal files are equal scenes.
