@@ -7,7 +7,8 @@
 #include "options.h"
 
 // Options that mean the same in several commands; the command's struct has a member of the option's name.
-#define CLI_SCENE(type_) CLI_ARGUMENT(type_, scene, "SCENE", "a glTF file (.glb or .gltf)")
+#define CLI_SCENE(type_)                                                                                     \
+    CLI_ARGUMENT(type_, scene, "SCENE", "a glTF file (.glb or .gltf), an OBJ file, or FILE.sh3f#PIECE")
 #define CLI_METHOD(type_, names_)                                                                            \
     {                                                                                                        \
         .name = "--method", .kind = CLI_CHOICE, .flags = CLI_PICTURE, .offset = offsetof(type_, method),     \
