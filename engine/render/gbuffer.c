@@ -260,9 +260,11 @@ static ng_result consume(struct ng_composer *composer, void *user)
 {
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
+    const struct ng_gbuffer *behind = ng_composer_get(composer, &ng_gbuffer_behind_lamps_item, 0);
     const struct pass_data data = {user, frame, NG_LAMPS_ONLY};
-    struct ng_gbuffer images;
-    memcpy(&images, ng_composer_get(composer, &ng_gbuffer_behind_lamps_item, 0), sizeof images);
+    if (!behind)
+        return NG_ERROR_MEMORY; // logged where it could not be published
+    struct ng_gbuffer images = *behind;
     if (images.lamps)
         add_scene(g, "gbuffer lamps", &data, &images);
     if (frame->snapshot->environment != NG_NONE) {
