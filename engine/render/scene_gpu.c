@@ -1,5 +1,5 @@
-// Instances are written in the order in which they are best drawn (by pipeline, textures, facing, mesh), so
-// that neighbours that are visible merge into one draw.
+// Instances are written in the order in which they are best drawn (by pipeline, textures, facing, mesh, and
+// copies of a mesh from front to back), so that neighbours that are visible merge into one draw.
 #include "render/scene_gpu_internal.h"
 
 #include "base/hash.h"
@@ -17,6 +17,7 @@ struct draw_key {
     uint64_t group;    // textures
     uint32_t kind;     // enum kind
     uint32_t instance; // of the snapshot
+    float ahead;       // of the camera, where the instance begins, metres
 };
 
 struct ng_scene_gpu {
@@ -95,6 +96,17 @@ static enum kind kind_of(const struct ng_scene_gpu *s, const struct ng_snapshot_
     return mesh->dynamic || has_moved(i) ? KIND_MOVING : KIND_PLAIN;
 }
 
+// How far ahead of the camera the nearest corner of the instance's box is.
+static float ahead_of(const struct ng_snapshot_camera *c, const struct ng_snapshot_instance *i)
+{
+    float z = -c->view[14];
+    for (int k = 0; k < 3; k++) {
+        float axis = -c->view[k * 4 + 2];
+        z += axis * (axis > 0 ? i->bounds_min[k] : i->bounds_max[k]);
+    }
+    return z > c->near_plane ? z : c->near_plane;
+}
+
 static struct draw_key draw_key(const struct ng_scene_gpu *s, uint32_t index)
 {
     const struct ng_snapshot_instance *instance = &s->snapshot->instances[index];
@@ -107,15 +119,20 @@ static struct draw_key draw_key(const struct ng_scene_gpu *s, uint32_t index)
                                  full << 63 | textured << 62 | masked << 61 | facing << 32 | instance->mesh,
                              .group = textured ? ng_texture_cache_group_key(&s->textures, m) : 0,
                              .kind = kind,
-                             .instance = index};
+                             .instance = index,
+                             .ahead = ahead_of(&s->snapshot->camera, instance)};
 }
 
-// Motion has no part in it: of surfaces in one place the first is seen, whether it has just come or not.
+// Of a mesh's copies the nearest comes first, so that what it hides is not shaded: crowds of them cover a
+// pixel thousands of times. Motion has no part in it: of surfaces in one place the first is seen, whether it
+// has just come or not.
 static bool draws_before(const struct draw_key *a, const struct draw_key *b)
 {
     if (a->sort != b->sort)
         return a->sort < b->sort;
-    return a->group != b->group ? a->group < b->group : a->instance < b->instance;
+    if (a->group != b->group)
+        return a->group < b->group;
+    return a->ahead < b->ahead || (a->ahead <= b->ahead && a->instance < b->instance);
 }
 
 // Shell sort: in place, and quick on the nearly sorted order of the frame before. Knuth's gaps of 1, 4, 13
