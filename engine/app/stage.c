@@ -86,10 +86,6 @@ ng_result ng_stage_create(const struct ng_stage_params *params, struct ng_stage 
     stage->internal = internal;
     internal->exposure = params->exposure;
     ng_result result = load_scene(stage, params);
-    if (result == NG_OK && params->needs_camera && stage->scene.camera_made) {
-        ng_log_error("%s: the scene has no camera; add one, since samples are views of it", params->scene);
-        result = NG_ERROR_NOT_FOUND;
-    }
     if (result == NG_OK)
         result = ng_extractor_create(&internal->extractor);
     if (result == NG_OK && !params->no_device)

@@ -26,7 +26,6 @@ struct ng_stage_params {
     const char *device;       // as in struct ng_gpu_params
     uint32_t threads;         // as in struct ng_jobs_params
     bool no_device;           // nothing is drawn: ng_stage_seek and its snapshot are all there is
-    bool needs_camera;        // a file without a camera is refused: NG_ERROR_NOT_FOUND
     bool no_default_light;    // a file without light stays dark
     enum ng_gltf_emitters emissive_lights; // as in struct ng_gltf_params
     const char *clip;                      // the same

@@ -7,6 +7,7 @@
 #include "bench_room.h"
 #include "bench_scene.h"
 #include "commands.h"
+#include "opening.h"
 #include "progress.h"
 
 #include "app/stage.h"
@@ -77,10 +78,10 @@ static ng_result join(struct subject *s)
 static ng_result open_subject(const struct bench_neural_params *params, struct subject *s)
 {
     *s = (struct subject){.params = params};
-    NG_TRY(ng_stage_create(&(struct ng_stage_params){.scene = params->scene,
-                                                     .device = params->device,
-                                                     .threads = params->threads},
-                           &s->stage));
+    struct ng_stage_params stage = {
+        .scene = params->scene, .device = params->device, .threads = params->threads};
+    opening_apply(params->opening, &stage);
+    NG_TRY(ng_stage_create(&stage, &s->stage));
     ng_result result = join(s);
     if (result != NG_OK)
         close_subject(s);

@@ -4,6 +4,7 @@
 #include "bench_reference.h"
 
 #include "json.h"
+#include "opening.h"
 
 #include "app/stage.h"
 #include "base/file.h"
@@ -47,6 +48,7 @@ static ng_result open_session(struct session *s)
 {
     struct ng_stage_params params = {
         .scene = s->params->scene, .threads = s->params->threads, .no_device = true};
+    opening_apply(s->params->opening, &params);
     NG_TRY(ng_stage_create(&params, &s->stage));
     NG_TRY(lf_tracer_create(&s->tracer));
     return move_to(s, 0);

@@ -7,8 +7,11 @@
 
 #include "base/result.h"
 
+struct opening;
+
 struct bench_reference_params {
     const char *scene;
+    const struct opening *opening;
     struct cli_size size;
     uint32_t samples; // a pixel, of each round
     uint32_t threads; // 0: one a processor

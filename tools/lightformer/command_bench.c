@@ -8,6 +8,7 @@
 #include "bench_reference.h"
 #include "commands.h"
 #include "json.h"
+#include "opening.h"
 #include "progress.h"
 #include "scene_file.h"
 
@@ -32,12 +33,14 @@ struct bench {
     struct cli_size size;
     bool budget, reference, net, json;
     uint32_t samples, lights, kernel;
+    struct opening opening;
 };
 
 // What the measurements that stand instead of frames have no use for.
 static const char *const not_with_reference[] = {"--net",    "--frames", "--method", "--weights",
                                                  "--budget", "--device", NULL};
-static const char *const not_with_net[] = {"--method", "--weights", "--budget", "--device", NULL};
+static const char *const not_with_net[] = {"--method", "--weights",   "--budget",
+                                           "--device", OPENING_NAMES, NULL};
 
 static const struct cli_option options[] = {
     CLI_SCENE(struct bench),
@@ -91,6 +94,7 @@ static const struct cli_option options[] = {
      .choice = bench_net_kernel,
      .needs = "--net",
      .doc = "how numbers are multiplied (--net)"},
+    CLI_OPENING(struct bench),
     CLI_THREADS(struct bench),
     CLI_DEVICE(struct bench),
     CLI_JSON(struct bench),
@@ -406,6 +410,7 @@ static ng_result measure_plain(const struct bench *b, struct report *r)
 {
     struct subject subject;
     struct ng_stage_params params = {.scene = b->scene, .device = b->device, .threads = b->threads};
+    opening_apply(&b->opening, &params);
     NG_TRY(open_subject(b, &params, &subject));
     snprintf(r->device, sizeof r->device, "%s", subject.stage->gpu->properties.deviceName);
     ng_result result = measure(b, subject.stage, "frame", &r->plain);
@@ -427,6 +432,7 @@ static ng_result measure_ratios(const struct bench *b, struct report *r)
         .redraw_lights = true,
         .bare_passes = true,
     };
+    opening_apply(&b->opening, &params);
     NG_TRY(open_subject(b, &params, &subject));
     struct measurement m = {0};
     ng_result result = measure(b, subject.stage, "comparison", &m);
@@ -440,6 +446,7 @@ static ng_result measure_ratios(const struct bench *b, struct report *r)
 static struct bench_neural_params neural_params(const struct bench *b)
 {
     return (struct bench_neural_params){.scene = b->scene,
+                                        .opening = &b->opening,
                                         .device = b->device,
                                         .weights = b->weights,
                                         .threads = b->threads,
@@ -492,8 +499,14 @@ static int run(const void *args)
         fputs("lightformer bench: --weights needs --method neural\n", stderr);
         return CLI_USAGE;
     }
-    const struct bench_reference_params reference = {
-        .scene = b->scene, .size = b->size, .samples = b->samples, .threads = b->threads, .json = b->json};
+    if (!opening_check(&b->opening, "bench"))
+        return CLI_USAGE;
+    const struct bench_reference_params reference = {.scene = b->scene,
+                                                     .opening = &b->opening,
+                                                     .size = b->size,
+                                                     .samples = b->samples,
+                                                     .threads = b->threads,
+                                                     .json = b->json};
     const struct bench_net_params net = {.network = b->scene,
                                          .size = b->size,
                                          .lights = b->lights,

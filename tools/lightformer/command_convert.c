@@ -1,6 +1,7 @@
 // lightformer convert: a scene read, and written back as the other kind of glTF, or as the same.
 #include "commands.h"
 #include "files.h"
+#include "opening.h"
 #include "scene_file.h"
 
 #include "asset/assets.h"
@@ -12,6 +13,7 @@
 struct convert {
     const char *in, *out;
     bool force;
+    struct loading loading;
 };
 
 static const struct cli_option options[] = {
@@ -29,6 +31,7 @@ static const struct cli_option options[] = {
      .kind = CLI_FLAG,
      .offset = offsetof(struct convert, force),
      .doc = "OUT may be IN, which is then replaced"},
+    CLI_LOADING(struct convert, loading),
 };
 
 // A scene, and a world that it is loaded into.
@@ -46,7 +49,11 @@ static void add_file(void *user, const char *path)
 
 static ng_result load(const struct convert *c, struct scene *s)
 {
-    const struct ng_gltf_params params = {.keep = true, .file = add_file, .user = &s->files};
+    const struct ng_gltf_params params = {.keep = true,
+                                          .strict = c->loading.strict,
+                                          .max_memory = loading_memory(&c->loading),
+                                          .file = add_file,
+                                          .user = &s->files};
     NG_TRY(scene_file_check(c->in));
     NG_TRY(ng_world_create(NULL, &s->world));
     NG_TRY(ng_components_register(s->world));
@@ -98,6 +105,9 @@ const struct cli_command cli_convert_command = {
     .summary = "Writes a scene back as glTF: one .glb, or a .gltf with files beside it.",
     .notes =
         "What the engine does not follow is kept: other extensions, extras, names, the bytes of pictures.\n"
+        "What other commands make where a file has no light, camera or exposure is not written, so none of "
+        "their "
+        "options\nfor it is taken.\n"
         "Files beside a .gltf are never replaced; where others have their names, NAME.1.EXT is used.\n",
     .options = options,
     .option_count = NG_COUNT(options),

@@ -17,7 +17,7 @@ struct dataset {
     const char *scene, *output, *check, *sheet, *camera, *device, *targets;
     uint32_t count, seed, size, crop, crops, spp, depth, shard, vpls, threads;
     double time;
-    struct loading loading;
+    struct opening opening;
 };
 
 #define NUMBER(name_, member_, fallback_, min_, max_, doc_)                                                  \
@@ -27,10 +27,10 @@ struct dataset {
     }
 
 // A look at a data set makes none.
-static const char *const not_with_check[] = {
-    "SCENE",     "--output",  "--count",  "--seed",         "--size", "--crop", "--crops",
-    "--spp",     "--targets", "--depth",  "--shard",        "--vpls", "--time", "--camera",
-    "--threads", "--device",  "--strict", "--memory-limit", NULL};
+static const char *const not_with_check[] = {"SCENE",    "--output",    "--count", "--seed",    "--size",
+                                             "--crop",   "--crops",     "--spp",   "--targets", "--depth",
+                                             "--shard",  "--vpls",      "--time",  "--camera",  "--threads",
+                                             "--device", OPENING_NAMES, NULL};
 
 static const struct cli_option options[] = {
     {.name = "SCENE",
@@ -90,7 +90,7 @@ static const struct cli_option options[] = {
      .doc = "the first crops with all channels side by side"},
     CLI_THREADS(struct dataset),
     CLI_DEVICE(struct dataset),
-    CLI_LOADING(struct dataset, loading),
+    CLI_OPENING(struct dataset),
 };
 
 static bool check_options(const struct dataset *d)
@@ -141,7 +141,7 @@ static ng_result make(const struct dataset *d, struct ng_stage *stage)
                                        .directory = d->output,
                                        .program = NG_VERSION,
                                        .scene = ng_path_name(d->scene),
-                                       .scene_hash = stage->scene.hash,
+                                       .scene_hash = opening_hash(&d->opening, stage->scene.hash),
                                        .camera = d->camera,
                                        .time = d->time,
                                        .seed = d->seed,
@@ -172,15 +172,10 @@ static void add_scene_file(void *user, const char *path)
 // An exit code.
 static int make_dataset(const struct dataset *d, struct cli_files *files)
 {
-    struct ng_stage_params params = {.scene = d->scene,
-                                     .device = d->device,
-                                     .threads = d->threads,
-                                     .needs_camera = true,
-                                     .no_default_light = true, // samples are of the scene's own lights
-                                     .file = add_scene_file,
-                                     .user = files};
+    struct ng_stage_params params = {
+        .scene = d->scene, .device = d->device, .threads = d->threads, .file = add_scene_file, .user = files};
     struct ng_stage *stage;
-    loading_apply(&d->loading, &params);
+    opening_apply(&d->opening, &params);
     if (scene_file_check(d->scene) != NG_OK || ng_stage_create(&params, &stage) != NG_OK)
         return CLI_FAILED;
     int code = CLI_USAGE;
@@ -255,7 +250,7 @@ static int run(const void *args)
 {
     const struct dataset *d = args;
     struct cli_files files = {0};
-    if (!check_options(d))
+    if (!check_options(d) || !opening_check(&d->opening, "dataset"))
         return CLI_USAGE;
     int code = run_on(d, &files);
     cli_files_finish(&files);

@@ -20,7 +20,7 @@
 struct info {
     const char *what;
     bool json;
-    struct loading loading;
+    struct opening opening;
 };
 
 static const struct cli_option options[] = {
@@ -28,7 +28,7 @@ static const struct cli_option options[] = {
                  "a scene's file or a furniture catalogue; or the graphics devices; or the field table of "
                  "each component"),
     CLI_JSON(struct info),
-    CLI_LOADING(struct info, loading),
+    CLI_OPENING(struct info),
 };
 
 // ---- Components
@@ -169,13 +169,15 @@ static int run(const void *args)
 {
     const struct info *info = args;
     ng_result result;
+    if (!opening_check(&info->opening, "info"))
+        return CLI_USAGE;
     if (strcmp(info->what, "components") == 0)
         result = info_components(info->json);
     else if (strcmp(info->what, "device") == 0)
         result = info_devices(info->json);
     else
         result = ng_catalogue_is(info->what) ? info_catalogue(info->what, info->json)
-                                             : info_scene(info->what, info->json, &info->loading);
+                                             : info_scene(info->what, info->json, &info->opening);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;
 }
 

@@ -460,11 +460,12 @@ static ng_result begin_motion(struct job *job)
     return before < 0 ? NG_OK : ng_stage_seek(job->stage, before, r->camera);
 }
 
-// Scene, place and time: what a reference follows from besides its own parameters.
+// Scene, how it was opened, place and time: what a reference follows from besides its own parameters.
 static uint64_t hash_picture(const struct job *job)
 {
     const struct render *r = job->render;
-    uint64_t hash = ng_hash_bytes(job->stage->scene.hash, &job->time, sizeof job->time);
+    uint64_t hash =
+        ng_hash_bytes(opening_hash(&r->opening, job->stage->scene.hash), &job->time, sizeof job->time);
     if (r->variation.given)
         hash = ng_hash_combine(hash, r->variation.first);
     return r->camera ? ng_hash_combine(hash, ng_hash_string(r->camera)) : hash;
@@ -579,11 +580,9 @@ static int begin(struct job *job)
                                      .device = r->device,
                                      .threads = r->threads,
                                      .no_device = is_reference(r),
-                                     .needs_camera = r->variation.given,
                                      .file = add_scene_file,
                                      .user = &job->files};
     opening_apply(&r->opening, &params);
-    params.no_default_light |= r->variation.given; // as the data set has it
     if (scene_file_check(r->scene) != NG_OK || check_outputs(r) != NG_OK ||
         ng_stage_create(&params, &job->stage) != NG_OK)
         return CLI_FAILED;

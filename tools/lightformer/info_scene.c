@@ -120,6 +120,21 @@ static void print_light(void *user, const struct ng_world *world, const struct t
                       ng_world_component(world, t->component)->name);
 }
 
+// A camera as it is seen with an exposure that was asked for.
+struct exposed {
+    struct ng_world *world;
+    struct ng_exposure exposure;
+};
+
+static void expose_camera(void *user, const struct ng_world *world, const struct thing *t)
+{
+    const struct exposed *e = user;
+    struct ng_camera *camera = ng_world_edit(e->world, t->entity, NG_CAMERA);
+    NG_UNUSED(world);
+    if (camera && e->exposure.mode != NG_EXPOSURE_CAMERA)
+        camera->auto_exposure = e->exposure.mode == NG_EXPOSURE_AUTO;
+}
+
 static float length_of(const struct ng_assets *assets, const struct ng_animation *animation)
 {
     const struct ng_clip *clip = ng_assets_clip(assets, animation->clip);
@@ -236,14 +251,17 @@ static void write_scene(const char *path, struct ng_world *world, const struct n
     json_end(&j);
 }
 
-ng_result info_scene(const char *path, bool json, const struct loading *loading)
+ng_result info_scene(const char *path, bool json, const struct opening *opening)
 {
     struct ng_world *world = NULL;
     struct ng_assets *assets = NULL;
     struct ng_gltf_scene scene;
     struct warnings warnings = {0};
-    const struct ng_gltf_params params = {
-        .default_light = true, .strict = loading->strict, .max_memory = loading_memory(loading)};
+    const struct ng_gltf_params params = {.default_light = !opening->no_default_light,
+                                          .emissive_lights = (enum ng_gltf_emitters)opening->emissive_lights,
+                                          .clip = opening->clip,
+                                          .strict = opening->loading.strict,
+                                          .max_memory = loading_memory(&opening->loading)};
     NG_TRY(scene_file_check(path));
     ng_result result = ng_world_create(NULL, &world);
     if (result == NG_OK)
@@ -254,6 +272,9 @@ ng_result info_scene(const char *path, bool json, const struct loading *loading)
     if (result == NG_OK)
         result = ng_gltf_load(path, world, assets, &params, &scene);
     ng_log_set_sink(NULL, NULL);
+    struct exposed exposed = {world, opening_exposure(opening)};
+    if (result == NG_OK)
+        each_thing(world, &scene, is_camera, expose_camera, &exposed);
     if (result == NG_OK)
         (json ? write_scene : print_scene)(path, world, assets, &scene, &warnings);
     for (size_t i = 0; i < warnings.list.count; i++)

@@ -6,8 +6,8 @@
 
 #include <stdbool.h>
 
-struct loading;
+struct opening;
 
-NG_NODISCARD ng_result info_scene(const char *path, bool json, const struct loading *loading);
+NG_NODISCARD ng_result info_scene(const char *path, bool json, const struct opening *opening);
 
 #endif

@@ -1,6 +1,7 @@
 #include "opening.h"
 
 #include "app/stage.h"
+#include "base/hash.h"
 #include "base/printable.h"
 
 #include <math.h>
@@ -38,6 +39,13 @@ bool opening_check(const struct opening *opening, const char *command)
     return false;
 }
 
+struct ng_exposure opening_exposure(const struct opening *opening)
+{
+    struct ng_exposure exposure;
+    (void)read_exposure(opening->exposure, &exposure); // it was checked
+    return exposure;
+}
+
 uint64_t loading_memory(const struct loading *loading)
 {
     return (uint64_t)(loading->memory_limit * (1 << 20));
@@ -55,5 +63,13 @@ void opening_apply(const struct opening *opening, struct ng_stage_params *params
     params->no_default_light = opening->no_default_light;
     params->emissive_lights = (enum ng_gltf_emitters)opening->emissive_lights;
     params->clip = opening->clip;
-    (void)read_exposure(opening->exposure, &params->exposure); // it was checked
+    params->exposure = opening_exposure(opening);
+}
+
+uint64_t opening_hash(const struct opening *opening, uint64_t hash)
+{
+    if (opening->clip)
+        hash = ng_hash_combine(hash, ng_hash_string(opening->clip));
+    uint32_t made = opening->emissive_lights << 1 | opening->no_default_light;
+    return made ? ng_hash_combine(hash, made) : hash;
 }

@@ -1,9 +1,11 @@
-// How a scene is opened: what is made where its file says nothing. Options of every command that shows
-// scenes.
+// How a scene is opened: what is made where its file says nothing. Options of every command that shows,
+// measures or samples scenes, so that what one of them does with a file the others do, too.
 #ifndef LIGHTFORMER_OPENING_H
 #define LIGHTFORMER_OPENING_H
 
 #include "options.h"
+
+#include "render/extract.h"
 
 struct ng_stage_params;
 
@@ -59,16 +61,23 @@ extern const char *const opening_emitters[];
         .offset = offsetof(type_, opening.emissive_lights), .value = "HOW", .choices = opening_emitters,     \
         .doc = "whether emissive meshes are lights; auto: without NG_scene"                                  \
     }
-// All of them.
+// All of them, and their names, for lists of what excludes them.
+#define OPENING_NAMES                                                                                        \
+    "--clip", "--exposure", "--no-default-light", "--emissive-lights", "--strict", "--memory-limit"
 #define CLI_OPENING(type_)                                                                                   \
     CLI_CLIP(type_), CLI_EXPOSURE(type_), CLI_NO_DEFAULT_LIGHT(type_), CLI_EMISSIVE_LIGHTS(type_),           \
         CLI_LOADING(type_, opening.loading)
 
 // False, reported, if a value is none.
 bool opening_check(const struct opening *opening, const char *command);
+// As a stage takes it.
+struct ng_exposure opening_exposure(const struct opening *opening);
 // Bytes; 0: the default.
 uint64_t loading_memory(const struct loading *loading);
 void loading_apply(const struct loading *loading, struct ng_stage_params *params);
 void opening_apply(const struct opening *opening, struct ng_stage_params *params);
+// What pictures follow from besides the file: `hash`, changed by what is not left at its default. The
+// exposure is no part of it.
+uint64_t opening_hash(const struct opening *opening, uint64_t hash);
 
 #endif
