@@ -170,9 +170,9 @@ static void make_primitive(struct maker *m, const struct gltf_value *v, void *it
 {
     struct gltf_primitive *p = item;
     NG_UNUSED(m);
-    if (p->indices < 0)
-        p->indices = ng_gltf_index(v, "indices", -1);
+    p->indices = ng_gltf_index(v, "indices", -1);
     p->targets = ng_gltf_array(v, "targets");
+    p->target_count = p->targets ? p->targets->count : 0;
     p->extension = scene_extension(v);
     p->extensions = extensions_of(v);
 }
@@ -288,11 +288,31 @@ static bool allocate_images(struct gltf_document *d)
     return d->images != NULL;
 }
 
+// Each of these becomes an entity.
+static ng_result check_entities(const char *path, const struct ng_gltf_params *params,
+                                const struct gltf_value *root)
+{
+    size_t count = ng_gltf_list_count(root, GLTF_MATERIALS) + ng_gltf_list_count(root, GLTF_ANIMATIONS);
+    if (count < params->max_entities)
+        return NG_OK;
+    ng_log_error("%s: more than the limit of %u entities", path, params->max_entities);
+    return NG_ERROR_MEMORY;
+}
+
+// So much that no file of items that say something comes near it.
+static uint64_t tables_limit(const struct ng_gltf_params *params, const struct gltf_document *d)
+{
+    const uint64_t any = (uint64_t)64 << 20, times = 12;
+    uint64_t limit = any + times * d->file_size;
+    return limit < params->max_file_size ? limit : params->max_file_size;
+}
+
 static ng_result make_document(struct gltf_faults *faults, const struct ng_gltf_params *params,
                                struct gltf_document *d)
 {
     struct maker m = {.doc = d, .faults = faults};
-    NG_TRY(ng_gltf_tables(faults->path, params->max_file_size, d));
+    NG_TRY(check_entities(faults->path, params, d->root));
+    NG_TRY(ng_gltf_tables(faults->path, tables_limit(params, d), d));
     if (!allocate_images(d))
         return ng_out_of_memory(faults->path);
 #define TABLE(member, make, counter, list)                                                                   \

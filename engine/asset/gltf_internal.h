@@ -266,14 +266,40 @@ uint32_t ng_gltf_type_width(const char *type);
 size_t ng_gltf_number_text(double v, char out[NG_GLTF_NUMBER_SIZE]);
 
 // ---- gltf_normal.c, gltf_tinygltf.cc ---------------------------------------------------------------------
-struct gltf_normal {
-    char *items; // JSON, without a zero at its end
-    size_t count, capacity;
-    size_t value_count; // members and items
+// The lists that tinygltf reads; those within the items of another are one list over all of them.
+enum gltf_list {
+    GLTF_VIEWS,
+    GLTF_ACCESSORS,
+    GLTF_MESHES,
+    GLTF_PRIMITIVES,
+    GLTF_NODES,
+    GLTF_MATERIALS,
+    GLTF_TEXTURES,
+    GLTF_SAMPLERS,
+    GLTF_CAMERAS,
+    GLTF_LIGHTS,
+    GLTF_SKINS,
+    GLTF_ANIMATIONS,
+    GLTF_CHANNELS,
+    GLTF_KEYS,
+    GLTF_SCENES,
+    GLTF_LIST_COUNT
 };
-// What the engine uses of a document, as tinygltf takes it. False when out of memory.
-bool ng_gltf_normal(const struct gltf_value *root, struct gltf_normal *out);
-// Fills the tables, but for buffers and images, by tinygltf; which may take `limit` bytes for it.
+size_t ng_gltf_list_count(const struct gltf_value *root, enum gltf_list list);
+
+// What the engine uses of a list, as tinygltf takes it, some items at a time.
+struct gltf_normal {
+    char *items; // the JSON of a document that has these items only, without a zero at its end
+    size_t count, capacity;
+    uint32_t item_count;
+    enum gltf_list list;
+    const struct gltf_value *outer; // the list, or that whose items have it
+    uint32_t next, next_within;     // what is read next
+};
+void ng_gltf_normal_begin(struct gltf_normal *n, const struct gltf_value *root, enum gltf_list list);
+// Makes the text of the next items. False when out of memory. Finished as an array.
+bool ng_gltf_normal_next(struct gltf_normal *n);
+// Fills the tables, but for buffers and images, by tinygltf. They may take `limit` bytes.
 // There are as many items in each as in the file. Fields that extensions define are as if there were none.
 NG_NODISCARD ng_result ng_gltf_tables(const char *path, uint64_t limit, struct gltf_document *doc);
 

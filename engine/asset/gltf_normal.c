@@ -3,7 +3,10 @@
 // tinygltf gives up a file at the first thing that it needs and does not find. So this text has what the
 // engine uses of a document, whole numbers as such, and something neutral wherever the file has nothing, or
 // nothing that tinygltf takes; gltf_document.c puts what the file has there in its place again. Buffers and
-// images are read elsewhere and are not in it. Items keep their places, so indices are those of the file.
+// images are read elsewhere and are not in it.
+//
+// A text has some items of one list, since tinygltf takes up to a thousand times the bytes that the file has
+// for an item: a million empty ones must not cost gigabytes. Whatever needs two lists is looked up later.
 #include "asset/gltf_internal.h"
 
 #include <math.h>
@@ -14,61 +17,47 @@
 
 struct writer {
     struct gltf_normal *out;
-    bool failed;  // out of memory
-    bool *viewed; // of each accessor: its buffer view is one of the file's
-    uint32_t accessor_count;
+    bool failed; // out of memory
 };
 
 // ---- what tinygltf reads ---------------------------------------------------------------------------------
-enum kind { TEXT, BOOLEAN, NUMBER, NUMBERS, SIZE, INTEGER, INTEGERS, OBJECT, LIST, INDICES, INDICES_LIST };
+enum kind { TEXT, BOOLEAN, NUMBER, NUMBERS, SIZE, INTEGER, INTEGERS, OBJECT, INDICES };
 
 struct property {
     const char *name;    // null: the end
     enum kind kind;      // INTEGER fits an int; INDICES: by any name
     const char *neutral; // JSON where there is nothing to write (OBJECT: any); null: the property is left out
-    const struct property *members;                                    // of an OBJECT, of each item of a LIST
-    bool (*takes)(const struct writer *w, const struct gltf_value *v); // null: tinygltf takes all
+    const struct property *members;            // of an OBJECT
+    bool (*takes)(const struct gltf_value *v); // null: tinygltf takes all
 };
 
-static bool takes_stride(const struct writer *w, const struct gltf_value *v)
+static bool takes_stride(const struct gltf_value *v)
 {
-    NG_UNUSED(w);
     return v->number <= 252 && fmod(v->number, 4) == 0;
 }
 
-static bool takes_component_type(const struct writer *w, const struct gltf_value *v)
+static bool takes_component_type(const struct gltf_value *v)
 {
-    NG_UNUSED(w);
     return v->number >= GLTF_I8 && v->number <= GLTF_F64;
 }
 
-static bool takes_type(const struct writer *w, const struct gltf_value *v)
+static bool takes_type(const struct gltf_value *v)
 {
-    NG_UNUSED(w);
     return ng_gltf_type_width(v->string) != 0;
 }
 
-// Indices without bytes in the file are valid: extensions compress them.
-static bool takes_indices(const struct writer *w, const struct gltf_value *v)
+static bool takes_camera(const struct gltf_value *v)
 {
-    return v->number >= 0 && v->number < w->accessor_count && w->viewed[(size_t)v->number];
-}
-
-static bool takes_camera(const struct writer *w, const struct gltf_value *v)
-{
-    NG_UNUSED(w);
     return strcmp(v->string, "perspective") == 0 || strcmp(v->string, "orthographic") == 0;
 }
 
-static bool takes_three(const struct writer *w, const struct gltf_value *v)
+static bool takes_three(const struct gltf_value *v)
 {
-    NG_UNUSED(w);
     return v->count == 3;
 }
 
-static bool takes_four(const struct writer *w, const struct gltf_value *v)
+static bool takes_four(const struct gltf_value *v)
 {
-    NG_UNUSED(w);
     return v->count == 4;
 }
 
@@ -78,8 +67,6 @@ static bool takes_four(const struct writer *w, const struct gltf_value *v)
         .name = (property), .kind = (type), __VA_ARGS__                                                      \
     }
 #define NEUTRAL(json) .neutral = (json)
-PROPERTIES asset[] = {P("version", TEXT, NEUTRAL("\"\"")), {0}};
-
 PROPERTIES view[] = {P("buffer", INTEGER, NEUTRAL("-1")),
                      P("byteOffset", SIZE),
                      P("byteLength", SIZE, NEUTRAL("0")),
@@ -105,14 +92,9 @@ PROPERTIES accessor[] = {
     P("sparse", OBJECT, .members = sparse),
     {0}};
 
-PROPERTIES primitive[] = {P("attributes", INDICES, NEUTRAL("{}")),
-                          P("indices", INTEGER, .takes = takes_indices),
-                          P("material", INTEGER),
-                          P("mode", INTEGER),
-                          P("targets", INDICES_LIST),
-                          {0}};
-PROPERTIES mesh[] = {
-    P("name", TEXT), P("primitives", LIST, .members = primitive), P("weights", NUMBERS), {0}};
+PROPERTIES primitive[] = {
+    P("attributes", INDICES, NEUTRAL("{}")), P("material", INTEGER), P("mode", INTEGER), {0}};
+PROPERTIES mesh[] = {P("name", TEXT), P("weights", NUMBERS), {0}};
 
 PROPERTIES node[] = {P("name", TEXT),
                      P("mesh", INTEGER),
@@ -168,8 +150,6 @@ PROPERTIES light[] = {P("name", TEXT),
                       P("intensity", NUMBER),
                       P("spot", OBJECT, NEUTRAL("{}"), .members = spot),
                       {0}};
-PROPERTIES lights_punctual[] = {P("lights", LIST, .members = light), {0}};
-PROPERTIES extensions[] = {P("KHR_lights_punctual", OBJECT, .members = lights_punctual), {0}};
 
 PROPERTIES skin[] = {P("name", TEXT),
                      P("inverseBindMatrices", INTEGER, NEUTRAL("-1")),
@@ -182,26 +162,32 @@ PROPERTIES channel[] = {
     P("sampler", INTEGER, NEUTRAL("-1")), P("target", OBJECT, NEUTRAL("{}"), .members = target), {0}};
 PROPERTIES keys[] = {
     P("input", INTEGER, NEUTRAL("-1")), P("output", INTEGER, NEUTRAL("-1")), P("interpolation", TEXT), {0}};
-PROPERTIES animation[] = {
-    P("name", TEXT), P("channels", LIST, .members = channel), P("samplers", LIST, .members = keys), {0}};
+PROPERTIES animation[] = {P("name", TEXT), {0}};
 
 PROPERTIES scene[] = {P("name", TEXT), P("nodes", INTEGERS), {0}};
 
-PROPERTIES document[] = {P("asset", OBJECT, NEUTRAL("{}"), .members = asset),
-                         P("bufferViews", LIST, .members = view),
-                         P("accessors", LIST, .members = accessor),
-                         P("meshes", LIST, .members = mesh),
-                         P("nodes", LIST, .members = node),
-                         P("materials", LIST, .members = material),
-                         P("textures", LIST, .members = texture),
-                         P("samplers", LIST, .members = sampler),
-                         P("cameras", LIST, .members = camera),
-                         P("extensions", OBJECT, .members = extensions),
-                         P("skins", LIST, .members = skin),
-                         P("animations", LIST, .members = animation),
-                         P("scenes", LIST, .members = scene),
-                         P("scene", INTEGER),
-                         {0}};
+// A list of the document, or (`within`) all of a list that its items have, one after the other.
+static const struct list {
+    const char *name, *within;
+    const struct property *members; // of an item
+    const char *before, *after;     // the items in the text
+} lists[GLTF_LIST_COUNT] = {
+    [GLTF_VIEWS] = {"bufferViews", NULL, view, "\"bufferViews\":[", "]"},
+    [GLTF_ACCESSORS] = {"accessors", NULL, accessor, "\"accessors\":[", "]"},
+    [GLTF_MESHES] = {"meshes", NULL, mesh, "\"meshes\":[", "]"},
+    [GLTF_PRIMITIVES] = {"meshes", "primitives", primitive, "\"meshes\":[{\"primitives\":[", "]}]"},
+    [GLTF_NODES] = {"nodes", NULL, node, "\"nodes\":[", "]"},
+    [GLTF_MATERIALS] = {"materials", NULL, material, "\"materials\":[", "]"},
+    [GLTF_TEXTURES] = {"textures", NULL, texture, "\"textures\":[", "]"},
+    [GLTF_SAMPLERS] = {"samplers", NULL, sampler, "\"samplers\":[", "]"},
+    [GLTF_CAMERAS] = {"cameras", NULL, camera, "\"cameras\":[", "]"},
+    [GLTF_LIGHTS] = {"lights", NULL, light, "\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[", "]}}"},
+    [GLTF_SKINS] = {"skins", NULL, skin, "\"skins\":[", "]"},
+    [GLTF_ANIMATIONS] = {"animations", NULL, animation, "\"animations\":[", "]"},
+    [GLTF_CHANNELS] = {"animations", "channels", channel, "\"animations\":[{\"channels\":[", "]}]"},
+    [GLTF_KEYS] = {"animations", "samplers", keys, "\"animations\":[{\"samplers\":[", "]}]"},
+    [GLTF_SCENES] = {"scenes", NULL, scene, "\"scenes\":[", "]"},
+};
 
 // ---- the text --------------------------------------------------------------------------------------------
 static void put_bytes(struct writer *w, const char *text, size_t size)
@@ -252,7 +238,6 @@ static void put_string(struct writer *w, const char *text)
 // Begins a value: the place of a member, or of an item (null).
 static void put_place(struct writer *w, bool first, const char *key)
 {
-    w->out->value_count++;
     if (!first)
         put(w, ",");
     if (!key)
@@ -289,8 +274,6 @@ static void put_indices(struct writer *w, const struct gltf_value *v)
     put(w, "}");
 }
 
-static void put_list(struct writer *w, const struct property *p, const struct gltf_value *v);
-
 // Null for an object that is not there.
 static void put_object(struct writer *w, const struct property *members, const struct gltf_value *v);
 
@@ -320,28 +303,24 @@ static void put_value(struct writer *w, const struct property *p, const struct g
     case INDICES:
         put_indices(w, v);
         break;
-    case LIST:
-    case INDICES_LIST:
-        put_list(w, p, v);
-        break;
     }
 }
 
 // ---- values ----------------------------------------------------------------------------------------------
 // Whether a value is of the property's type and tinygltf takes it.
-static bool is_taken(const struct writer *w, const struct property *p, const struct gltf_value *v)
+static bool is_taken(const struct property *p, const struct gltf_value *v)
 {
     static const enum gltf_kind kinds[] = {
-        [TEXT] = GLTF_STRING, [BOOLEAN] = GLTF_BOOL,   [NUMBER] = GLTF_NUMBER,     [NUMBERS] = GLTF_ARRAY,
-        [SIZE] = GLTF_NUMBER, [INTEGER] = GLTF_NUMBER, [INTEGERS] = GLTF_ARRAY,    [OBJECT] = GLTF_OBJECT,
-        [LIST] = GLTF_ARRAY,  [INDICES] = GLTF_OBJECT, [INDICES_LIST] = GLTF_ARRAY};
+        [TEXT] = GLTF_STRING,    [BOOLEAN] = GLTF_BOOL,  [NUMBER] = GLTF_NUMBER,
+        [NUMBERS] = GLTF_ARRAY,  [SIZE] = GLTF_NUMBER,   [INTEGER] = GLTF_NUMBER,
+        [INTEGERS] = GLTF_ARRAY, [OBJECT] = GLTF_OBJECT, [INDICES] = GLTF_OBJECT};
     if (!v || v->kind != kinds[p->kind])
         return false;
     if (p->kind == INTEGER && v->number > INT32_MAX)
         return false;
     if (p->kind == NUMBERS && ng_gltf_number_count(v) == 0) // else a matrix that is none hides the rotation
         return false;
-    return !p->takes || p->takes(w, v);
+    return !p->takes || p->takes(v);
 }
 
 static void put_object(struct writer *w, const struct property *members, const struct gltf_value *v)
@@ -350,7 +329,7 @@ static void put_object(struct writer *w, const struct property *members, const s
     put(w, "{");
     for (const struct property *p = members; p->name; p++) {
         const struct gltf_value *member = ng_gltf_member(v, p->name);
-        bool taken = is_taken(w, p, member);
+        bool taken = is_taken(p, member);
         if (!taken && !p->neutral)
             continue;
         put_place(w, first, p->name);
@@ -365,42 +344,64 @@ static void put_object(struct writer *w, const struct property *members, const s
     put(w, "}");
 }
 
-static void put_list(struct writer *w, const struct property *p, const struct gltf_value *v)
+// ---- some items of a list --------------------------------------------------------------------------------
+static const struct gltf_value *outer_list(const struct gltf_value *root, enum gltf_list list)
 {
-    put(w, "[");
-    for (uint32_t i = 0; i < v->count; i++) {
-        put_place(w, i == 0, NULL);
-        if (p->kind == LIST)
-            put_object(w, p->members, &v->items[i]);
-        else
-            put_indices(w, &v->items[i]);
-    }
-    put(w, "]");
+    const struct gltf_value *owner = root;
+    if (list == GLTF_LIGHTS)
+        owner = ng_gltf_member(ng_gltf_member(root, "extensions"), "KHR_lights_punctual");
+    return ng_gltf_array(owner, lists[list].name);
 }
 
-// ---- the document ----------------------------------------------------------------------------------------
-static bool find_viewed(struct writer *w, const struct gltf_value *root)
+size_t ng_gltf_list_count(const struct gltf_value *root, enum gltf_list list)
 {
-    const struct gltf_value *accessors = ng_gltf_array(root, "accessors");
-    const struct gltf_value *views = ng_gltf_array(root, "bufferViews");
-    w->accessor_count = accessors ? accessors->count : 0;
-    w->viewed = calloc(w->accessor_count + (size_t)1, sizeof *w->viewed);
-    for (uint32_t i = 0; w->viewed && i < w->accessor_count; i++) {
-        int at = ng_gltf_index(&accessors->items[i], "bufferView", -1);
-        w->viewed[i] = views && at >= 0 && (uint32_t)at < views->count;
+    const struct gltf_value *outer = outer_list(root, list);
+    size_t count = outer ? outer->count : 0, sum = 0;
+    if (!lists[list].within)
+        return count;
+    for (size_t i = 0; i < count; i++) {
+        const struct gltf_value *inner = ng_gltf_array(&outer->items[i], lists[list].within);
+        sum += inner ? inner->count : 0;
     }
-    return w->viewed != NULL;
+    return sum;
 }
 
-bool ng_gltf_normal(const struct gltf_value *root, struct gltf_normal *out)
+// The next item, or null.
+static const struct gltf_value *next_item(struct gltf_normal *n)
 {
-    struct writer w = {.out = out};
-    *out = (struct gltf_normal){0};
-    w.failed = !find_viewed(&w, root);
-    if (!w.failed)
-        put_object(&w, document, root);
-    free(w.viewed);
-    if (w.failed)
-        ng_array_finish(out);
+    const char *within = lists[n->list].within;
+    for (; n->outer && n->next < n->outer->count; n->next++) {
+        const struct gltf_value *item = &n->outer->items[n->next];
+        const struct gltf_value *inner = within ? ng_gltf_array(item, within) : NULL;
+        if (!within) {
+            n->next++;
+            return item;
+        }
+        if (inner && n->next_within < inner->count)
+            return &inner->items[n->next_within++];
+        n->next_within = 0;
+    }
+    return NULL;
+}
+
+void ng_gltf_normal_begin(struct gltf_normal *n, const struct gltf_value *root, enum gltf_list list)
+{
+    *n = (struct gltf_normal){.list = list, .outer = outer_list(root, list)};
+}
+
+bool ng_gltf_normal_next(struct gltf_normal *n)
+{
+    enum { MOST_ITEMS = 1024, ENOUGH_TEXT = 256 << 10 };
+    struct writer w = {.out = n};
+    const struct gltf_value *item;
+    n->count = n->item_count = 0;
+    put(&w, "{\"asset\":{\"version\":\"\"},");
+    put(&w, lists[n->list].before);
+    while (n->item_count < MOST_ITEMS && n->count < ENOUGH_TEXT && (item = next_item(n))) {
+        put_place(&w, n->item_count++ == 0, NULL);
+        put_object(&w, lists[n->list].members, item);
+    }
+    put(&w, lists[n->list].after);
+    put(&w, "}");
     return !w.failed;
 }

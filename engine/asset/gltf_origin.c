@@ -103,6 +103,19 @@ static bool keep_values(struct ng_gltf_origin *o, const struct ng_world *world, 
     return true;
 }
 
+// Once, so that arrays do not grow: of many entities that would take as much again.
+static bool reserve_entities(const struct gltf_loader *l, struct ng_gltf_origin *o)
+{
+    size_t count = 0, size = 0;
+    for (ng_entity e = l->out.root; !ng_entity_is_null(e);
+         e = ng_world_next_below(l->world, l->out.root, e), count++)
+        for (ng_component c = 0; c < ng_world_component_count(l->world); c++)
+            if (!(ng_world_component(l->world, c)->flags & NG_COMPONENT_DERIVED) &&
+                ng_world_has(l->world, e, c))
+                size += padded(ng_world_component(l->world, c)->size);
+    return ng_array_reserve(&o->entities, count) && ng_array_reserve(&o->values, size);
+}
+
 static void set_role(struct ng_gltf_origin *o, ng_entity e, enum gltf_role role, int index,
                      uint32_t primitive)
 {
@@ -116,6 +129,8 @@ static void set_role(struct ng_gltf_origin *o, ng_entity e, enum gltf_role role,
 
 static bool keep_entities(struct gltf_loader *l, struct ng_gltf_origin *o)
 {
+    if (!reserve_entities(l, o))
+        return false;
     for (ng_entity e = l->out.root; !ng_entity_is_null(e);
          e = ng_world_next_below(l->world, l->out.root, e)) {
         struct gltf_kept kept = {.entity = e,

@@ -1,6 +1,6 @@
 // tinygltf behind the tables of a document.
 //
-// It reads the text that gltf_normal.c makes of the values, no file and no picture. Nothing of it stays: the
+// It reads the texts that gltf_normal.c makes of the values, no file and no picture. Nothing of it stays: the
 // tables, and what they name, are in the document's arena.
 #define TINYGLTF_IMPLEMENTATION
 #include "asset/tinygltf_internal.h"
@@ -20,127 +20,41 @@
 namespace
 {
 
-// ---- what tinygltf takes ---------------------------------------------------------------------------------
-// A list of the document, and tinygltf's table of it: in the order in which they are read.
-struct Part {
-    const char *what, *list;
-    size_t item_size, read;
-};
-
-std::vector<Part> parts_of(const tinygltf::Model &m)
-{
-    return {{"buffer view", "bufferViews", sizeof m.bufferViews[0], m.bufferViews.size()},
-            {"accessor", "accessors", sizeof m.accessors[0], m.accessors.size()},
-            {"mesh", "meshes", sizeof m.meshes[0], m.meshes.size()},
-            {"node", "nodes", sizeof m.nodes[0], m.nodes.size()},
-            {"scene", "scenes", sizeof m.scenes[0], m.scenes.size()},
-            {"material", "materials", sizeof m.materials[0], m.materials.size()},
-            {"texture", "textures", sizeof m.textures[0], m.textures.size()},
-            {"animation", "animations", sizeof m.animations[0], m.animations.size()},
-            {"skin", "skins", sizeof m.skins[0], m.skins.size()},
-            {"sampler", "samplers", sizeof m.samplers[0], m.samplers.size()},
-            {"camera", "cameras", sizeof m.cameras[0], m.cameras.size()}};
-}
-
-size_t count_of(const gltf_value *object, const char *list)
-{
-    const gltf_value *items = ng_gltf_array(object, list);
-    return items ? items->count : 0;
-}
-
-// The lists that the items of a list have.
-size_t count_within(const gltf_value *root, const char *list, const char *inner)
-{
-    const gltf_value *items = ng_gltf_array(root, list);
-    size_t sum = 0;
-    for (uint32_t i = 0; items && i < items->count; i++)
-        sum += count_of(&items->items[i], inner);
-    return sum;
-}
-
-// At most: the text, its tree, and the tables. Those that begin empty may be half again as large as they
-// grow.
-uint64_t memory_needed(const gltf_value *root, const gltf_normal &text)
-{
-    constexpr uint64_t value = 112; // of the tree, a member of an object
-    uint64_t need = text.count + text.value_count * value;
-    for (const Part &part : parts_of(tinygltf::Model()))
-        need += part.item_size * count_of(root, part.list);
-    need += 3 * sizeof(tinygltf::Primitive) * count_within(root, "meshes", "primitives");
-    need += 3 * sizeof(tinygltf::AnimationChannel) * count_within(root, "animations", "channels");
-    need += 3 * sizeof(tinygltf::AnimationSampler) * count_within(root, "animations", "samplers");
-    return need;
-}
-
-bool fits(const char *path, const gltf_value *root, const gltf_normal &text, uint64_t limit)
-{
-    uint64_t need = memory_needed(root, text);
-    if (need <= limit && text.count <= UINT32_MAX)
-        return true;
-    ng_log_error("%s: reading its JSON needs %llu bytes, more than the limit of %llu; raise it "
-                 "(--memory-limit)",
-                 path, (unsigned long long)need, (unsigned long long)limit);
-    return false;
-}
-
 // ---- reading ---------------------------------------------------------------------------------------------
-// The first item that is missing, for a message.
-std::string where_it_stopped(const gltf_value *root, const tinygltf::Model &model)
-{
-    for (const Part &part : parts_of(model))
-        if (part.read < count_of(root, part.list))
-            return part.what + (" " + std::to_string(part.read));
-    return "its JSON";
-}
-
-bool is_complete(const gltf_value *root, const tinygltf::Model &model)
-{
-    size_t primitives = 0, channels = 0, samplers = 0;
-    for (const auto &mesh : model.meshes)
-        primitives += mesh.primitives.size();
-    for (const auto &animation : model.animations) {
-        channels += animation.channels.size();
-        samplers += animation.samplers.size();
-    }
-    const auto parts = parts_of(model);
-    return primitives == count_within(root, "meshes", "primitives") &&
-           channels == count_within(root, "animations", "channels") &&
-           samplers == count_within(root, "animations", "samplers") &&
-           std::all_of(parts.begin(), parts.end(),
-                       [root](const Part &part) { return part.read == count_of(root, part.list); });
-}
-
-// So that tables do not grow: tinygltf keeps their capacity.
-void reserve(const gltf_value *root, tinygltf::Model *m)
-{
-    m->bufferViews.reserve(count_of(root, "bufferViews"));
-    m->accessors.reserve(count_of(root, "accessors"));
-    m->meshes.reserve(count_of(root, "meshes"));
-    m->nodes.reserve(count_of(root, "nodes"));
-    m->scenes.reserve(count_of(root, "scenes"));
-    m->materials.reserve(count_of(root, "materials"));
-    m->textures.reserve(count_of(root, "textures"));
-    m->animations.reserve(count_of(root, "animations"));
-    m->skins.reserve(count_of(root, "skins"));
-    m->samplers.reserve(count_of(root, "samplers"));
-    m->cameras.reserve(count_of(root, "cameras"));
-}
-
 // tinygltf leaves out some of what it cannot read while only noting it, so any note is an error.
-bool read_model(const char *path, const gltf_value *root, const gltf_normal &text, tinygltf::Model *model)
+bool read_model(const char *path, const gltf_normal &text, tinygltf::Model *model)
 {
-    reserve(root, model);
     std::string error, warning;
     tinygltf::TinyGLTF parser;
-    bool ok = parser.LoadASCIIFromString(model, &error, &warning, text.items, (unsigned)text.count, "",
+    bool ok = text.count <= UINT32_MAX &&
+              parser.LoadASCIIFromString(model, &error, &warning, text.items, (unsigned)text.count, "",
                                          tinygltf::REQUIRE_VERSION);
-    if (ok && error.empty() && is_complete(root, *model))
+    if (ok && error.empty())
         return true;
     error.resize(std::min(error.find('\n'), error.size()));
-    ng_log_error("%s: %s: tinygltf cannot read it (%.300s)", path, where_it_stopped(root, *model).c_str(),
+    ng_log_error("%s: tinygltf cannot read its JSON (%.300s)", path,
                  error.empty() ? "no reason is given" : error.c_str());
     return false;
 }
+
+// The texts of a list, one after the other.
+struct Texts : gltf_normal {
+    Texts(const gltf_value *root, gltf_list of)
+    {
+        ng_gltf_normal_begin(this, root, of);
+    }
+    Texts(const Texts &) = delete;
+    Texts &operator=(const Texts &) = delete;
+    ~Texts()
+    {
+        ng_array_finish(this);
+    }
+    void make_next()
+    {
+        if (!ng_gltf_normal_next(this))
+            throw std::bad_alloc();
+    }
+};
 
 // ---- tables ----------------------------------------------------------------------------------------------
 struct Converter {
@@ -220,8 +134,7 @@ struct Converter {
         for (const auto &a : p.attributes)
             attributes[out.attribute_count++] = {text(a.first), a.second};
         out.attributes = attributes;
-        out.target_count = (uint32_t)p.targets.size();
-        out.indices = p.indices;
+        out.indices = -1;
         out.material = p.material;
         out.mode = p.mode;
         return out;
@@ -231,8 +144,6 @@ struct Converter {
         gltf_mesh out = {};
         out.name = text(m.name);
         out.weights = numbers(m.weights);
-        out.primitives = map<gltf_primitive>(m.primitives, &out.primitive_count,
-                                             [this](const auto &p) { return primitive(p); });
         return out;
     }
     gltf_node node(const tinygltf::Node &n)
@@ -325,16 +236,18 @@ struct Converter {
         out.joints = indices(s.joints, &out.joint_count);
         return out;
     }
+    gltf_channel channel(const tinygltf::AnimationChannel &c)
+    {
+        return {c.sampler, c.target_node, text(c.target_path)};
+    }
+    gltf_keys keys(const tinygltf::AnimationSampler &k)
+    {
+        return {k.input, k.output, text(k.interpolation)};
+    }
     gltf_animation animation(const tinygltf::Animation &a)
     {
         gltf_animation out = {};
         out.name = text(a.name);
-        out.channels = map<gltf_channel>(a.channels, &out.channel_count, [this](const auto &c) {
-            return gltf_channel{c.sampler, c.target_node, text(c.target_path)};
-        });
-        out.samplers = map<gltf_keys>(a.samplers, &out.sampler_count, [this](const auto &s) {
-            return gltf_keys{s.input, s.output, text(s.interpolation)};
-        });
         return out;
     }
     gltf_scene scene(const tinygltf::Scene &s)
@@ -344,51 +257,129 @@ struct Converter {
         out.nodes = indices(s.nodes, &out.node_count);
         return out;
     }
-
-    void document(const tinygltf::Model &m, gltf_document *d)
-    {
-        d->scene = m.defaultScene;
-        d->views = map<gltf_view>(m.bufferViews, &d->view_count, view);
-        d->accessors = map<gltf_accessor>(m.accessors, &d->accessor_count, accessor);
-        d->meshes = map<gltf_mesh>(m.meshes, &d->mesh_count, [this](const auto &x) { return mesh(x); });
-        d->nodes = map<gltf_node>(m.nodes, &d->node_count, [this](const auto &x) { return node(x); });
-        d->materials = map<gltf_material>(m.materials, &d->material_count,
-                                          [this](const auto &x) { return material(x); });
-        d->textures = map<gltf_texture>(m.textures, &d->texture_count, texture);
-        d->samplers = map<gltf_sampler>(m.samplers, &d->sampler_count, sampler);
-        d->cameras = map<gltf_camera>(m.cameras, &d->camera_count, camera);
-        d->lights = map<gltf_light>(m.lights, &d->light_count, [this](const auto &x) { return light(x); });
-        d->skins = map<gltf_skin>(m.skins, &d->skin_count, [this](const auto &x) { return skin(x); });
-        d->animations = map<gltf_animation>(m.animations, &d->animation_count,
-                                            [this](const auto &x) { return animation(x); });
-        d->scenes = map<gltf_scene>(m.scenes, &d->scene_count, [this](const auto &x) { return scene(x); });
-    }
 };
 
-ng_result read_tables(const char *path, uint64_t limit, const gltf_normal &text, gltf_document *doc)
+// Errors that were logged.
+struct Unreadable : std::exception {
+};
+
+// One list as a table. `of` finds tinygltf's own of a model.
+template <class To, class Of, class Fn>
+To *read(const char *path, Converter *c, const gltf_value *root, gltf_list list, Of of, Fn convert,
+         uint32_t *count)
 {
-    if (!fits(path, doc->root, text, limit))
-        return NG_ERROR_MEMORY;
-    tinygltf::Model model;
-    if (!read_model(path, doc->root, text, &model))
-        return NG_ERROR_FORMAT;
-    Converter{&doc->arena}.document(model, doc);
-    return NG_OK;
+    const size_t wanted = ng_gltf_list_count(root, list);
+    To *items = c->array<To>(wanted);
+    Texts text(root, list);
+    for (size_t i = 0; i < wanted;) {
+        tinygltf::Model model;
+        text.make_next();
+        if (!read_model(path, text, &model))
+            throw Unreadable();
+        const auto *from = of(model);
+        if (!text.item_count || !from || from->size() != text.item_count) {
+            ng_log_error("%s: tinygltf leaves out some of its JSON", path);
+            throw Unreadable();
+        }
+        for (const auto &item : *from)
+            items[i++] = convert(item);
+    }
+    *count = (uint32_t)wanted;
+    return items;
+}
+
+// Gives each of the items its part of a list over all of them.
+template <class Outer, class Inner>
+void divide(const gltf_value *outer, const char *within, Outer *owners, const Inner *items,
+            const Inner *Outer::*first, uint32_t Outer::*count)
+{
+    for (uint32_t i = 0; outer && i < outer->count; i++) {
+        const gltf_value *list = ng_gltf_array(&outer->items[i], within);
+        owners[i].*first = items;
+        owners[i].*count = list ? list->count : 0;
+        items += owners[i].*count;
+    }
+}
+
+void read_document(const char *path, gltf_document *d)
+{
+    const gltf_value *root = d->root;
+    Converter c{&d->arena};
+    uint32_t unused;
+#define ALL(list) [](const tinygltf::Model &m) { return &m.list; }
+#define OF_FIRST(list, inner)                                                                                \
+    [](const tinygltf::Model &m) { return m.list.empty() ? nullptr : &m.list[0].inner; }
+#define READ(type, list, of, convert, count)                                                                 \
+    read<type>(                                                                                              \
+        path, &c, root, list, of, [&c](const auto &from) { return c.convert(from); }, count)
+    d->views = READ(gltf_view, GLTF_VIEWS, ALL(bufferViews), view, &d->view_count);
+    d->accessors = READ(gltf_accessor, GLTF_ACCESSORS, ALL(accessors), accessor, &d->accessor_count);
+    d->nodes = READ(gltf_node, GLTF_NODES, ALL(nodes), node, &d->node_count);
+    d->materials = READ(gltf_material, GLTF_MATERIALS, ALL(materials), material, &d->material_count);
+    d->textures = READ(gltf_texture, GLTF_TEXTURES, ALL(textures), texture, &d->texture_count);
+    d->samplers = READ(gltf_sampler, GLTF_SAMPLERS, ALL(samplers), sampler, &d->sampler_count);
+    d->cameras = READ(gltf_camera, GLTF_CAMERAS, ALL(cameras), camera, &d->camera_count);
+    d->lights = READ(gltf_light, GLTF_LIGHTS, ALL(lights), light, &d->light_count);
+    d->skins = READ(gltf_skin, GLTF_SKINS, ALL(skins), skin, &d->skin_count);
+    d->scenes = READ(gltf_scene, GLTF_SCENES, ALL(scenes), scene, &d->scene_count);
+
+    auto *meshes = READ(gltf_mesh, GLTF_MESHES, ALL(meshes), mesh, &d->mesh_count);
+    auto *primitives =
+        READ(gltf_primitive, GLTF_PRIMITIVES, OF_FIRST(meshes, primitives), primitive, &unused);
+    divide(ng_gltf_array(root, "meshes"), "primitives", meshes, primitives, &gltf_mesh::primitives,
+           &gltf_mesh::primitive_count);
+    d->meshes = meshes;
+
+    auto *animations = READ(gltf_animation, GLTF_ANIMATIONS, ALL(animations), animation, &d->animation_count);
+    auto *channels = READ(gltf_channel, GLTF_CHANNELS, OF_FIRST(animations, channels), channel, &unused);
+    auto *keys = READ(gltf_keys, GLTF_KEYS, OF_FIRST(animations, samplers), keys, &unused);
+    divide(ng_gltf_array(root, "animations"), "channels", animations, channels, &gltf_animation::channels,
+           &gltf_animation::channel_count);
+    divide(ng_gltf_array(root, "animations"), "samplers", animations, keys, &gltf_animation::samplers,
+           &gltf_animation::sampler_count);
+    d->animations = animations;
+#undef READ
+#undef OF_FIRST
+#undef ALL
+    d->scene = ng_gltf_index(root, "scene", -1);
+}
+
+// What the tables may take: an item, with what is copied of its defaults.
+uint64_t memory_needed(const gltf_value *root)
+{
+    constexpr struct {
+        gltf_list list;
+        size_t size;
+    } tables[] = {{GLTF_VIEWS, sizeof(gltf_view)},       {GLTF_ACCESSORS, sizeof(gltf_accessor)},
+                  {GLTF_MESHES, sizeof(gltf_mesh)},      {GLTF_PRIMITIVES, sizeof(gltf_primitive)},
+                  {GLTF_NODES, sizeof(gltf_node)},       {GLTF_MATERIALS, sizeof(gltf_material) + 80},
+                  {GLTF_TEXTURES, sizeof(gltf_texture)}, {GLTF_SAMPLERS, sizeof(gltf_sampler)},
+                  {GLTF_CAMERAS, sizeof(gltf_camera)},   {GLTF_LIGHTS, sizeof(gltf_light) + 32},
+                  {GLTF_SKINS, sizeof(gltf_skin)},       {GLTF_ANIMATIONS, sizeof(gltf_animation)},
+                  {GLTF_CHANNELS, sizeof(gltf_channel)}, {GLTF_KEYS, sizeof(gltf_keys) + 16},
+                  {GLTF_SCENES, sizeof(gltf_scene)}};
+    uint64_t need = 0;
+    for (const auto &table : tables)
+        need += table.size * ng_gltf_list_count(root, table.list);
+    return need;
 }
 
 } // namespace
 
 ng_result ng_gltf_tables(const char *path, uint64_t limit, gltf_document *doc)
 {
-    gltf_normal text;
-    if (!ng_gltf_normal(doc->root, &text))
-        return ng_out_of_memory(path);
-    ng_result r;
-    try {
-        r = read_tables(path, limit, text, doc);
-    } catch (const std::exception &) {
-        r = ng_out_of_memory(path);
+    uint64_t need = memory_needed(doc->root);
+    if (need > limit) {
+        ng_log_error("%s: what its JSON lists needs %llu bytes, more than the limit of %llu", path,
+                     (unsigned long long)need, (unsigned long long)limit);
+        return NG_ERROR_MEMORY;
     }
-    ng_array_finish(&text);
-    return r;
+    try {
+        read_document(path, doc);
+        return NG_OK;
+    } catch (const Unreadable &) {
+        return NG_ERROR_FORMAT;
+    } catch (const std::exception &) {
+        return ng_out_of_memory(path);
+    }
 }

@@ -4,6 +4,7 @@
 #include "test.h"
 
 #include "asset/gltf_internal.h"
+#include "asset/gltf_writer.h"
 #include "base/file.h"
 #include "tinygltf_text.h"
 
@@ -11,7 +12,8 @@
 #include <dirent.h>
 
 // ---- files that are right --------------------------------------------------------------------------------
-static const struct ng_gltf_params params = {.max_memory = 1 << 30, .max_file_size = 1 << 30};
+static const struct ng_gltf_params params = {
+    .max_memory = 1 << 30, .max_file_size = 1 << 30, .max_entities = 1 << 18};
 
 // True: tinygltf takes the file as it is, and reads the same.
 static bool compare(const char *path)
@@ -153,11 +155,61 @@ static void test_reads_what_is_damaged(void **state)
     test_log_end(&log);
 }
 
+// ---- many items ------------------------------------------------------------------------------------------
+enum { MANY = 2500 }; // of each list: more than are read at a time
+
+static void put_many(struct ng_gltf_writer *w, cJSON *root)
+{
+    cJSON *nodes = ng_gltf_json_list(w, root, "nodes"), *meshes = ng_gltf_json_list(w, root, "meshes"),
+          *animations = ng_gltf_json_list(w, root, "animations");
+    int primitive = 0, key = 0;
+    for (int i = 0; i < MANY; i++) {
+        ng_gltf_json_number(w, ng_gltf_json_append(w, nodes), "mesh", i);
+        cJSON *mesh = ng_gltf_json_append(w, meshes), *animation = ng_gltf_json_append(w, animations);
+        for (int k = 0; k < i % 4; k++)
+            ng_gltf_json_number(w, ng_gltf_json_append(w, ng_gltf_json_list(w, mesh, "primitives")),
+                                "material", primitive++);
+        for (int k = 0; k < i % 3; k++)
+            ng_gltf_json_number(w, ng_gltf_json_append(w, ng_gltf_json_list(w, animation, "samplers")),
+                                "input", key++);
+    }
+}
+
+// Items are read some at a time, and each is in its place.
+static void test_reads_many(void **state)
+{
+    struct ng_gltf_writer w;
+    struct gltf_faults faults = {.path = "many"};
+    struct gltf_document doc = {0};
+    int primitive = 0, key = 0;
+    NG_UNUSED(state);
+    ng_gltf_writer_init(&w, NULL);
+    put_many(&w, w.root);
+    char *text = cJSON_PrintUnformatted(w.root);
+    assert_int_equal(ng_gltf_json(&faults, text, strlen(text), &doc.arena, &doc.root), NG_OK);
+    assert_int_equal(ng_gltf_tables("many", 1 << 30, &doc), NG_OK);
+    assert_int_equal(doc.mesh_count, MANY);
+    for (int i = 0; i < MANY; i++) {
+        assert_int_equal(doc.nodes[i].mesh, i);
+        assert_int_equal(doc.meshes[i].primitive_count, i % 4);
+        for (int k = 0; k < i % 4; k++)
+            assert_int_equal(doc.meshes[i].primitives[k].material, primitive++);
+        assert_int_equal(doc.animations[i].sampler_count, i % 3);
+        for (int k = 0; k < i % 3; k++)
+            assert_int_equal(doc.animations[i].samplers[k].input, key++);
+    }
+    ng_gltf_faults_finish(&faults);
+    ng_arena_finish(&doc.arena);
+    cJSON_free(text);
+    ng_gltf_writer_finish(&w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_reads_the_same),
         cmocka_unit_test(test_reads_what_is_damaged),
+        cmocka_unit_test(test_reads_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
