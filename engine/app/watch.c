@@ -6,12 +6,14 @@
 #include "base/log.h"
 
 #include <pthread.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <time.h>
 
 #define PERIOD_NS 200000000L // between two looks
+#define PATIENCE  5          // looks for which a file that is gone may be about to come back
 
 // What of a file tells that it is another.
 struct look {
@@ -25,6 +27,7 @@ struct look {
 struct watched {
     char *path;
     struct look known, last; // when it was said last; a period ago
+    uint32_t gone;           // looks since it was there
 };
 
 struct ng_watch {
@@ -56,7 +59,9 @@ static void look(struct ng_watch *w)
     for (size_t i = 0; i < w->files.count; i++) {
         struct watched *f = &w->files.items[i];
         struct look now = look_at(f->path);
-        rests = rests && same(&now, &f->last) && (now.there || !f->known.there);
+        f->gone = now.there ? 0 : f->gone + 1;
+        bool replaced = f->known.there && f->gone && f->gone <= PATIENCE;
+        rests = rests && same(&now, &f->last) && !replaced;
         other = other || !same(&now, &f->known);
         f->last = now;
     }

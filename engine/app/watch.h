@@ -19,7 +19,7 @@ bool ng_watch_add(struct ng_watch *watch, const char *path);
 // Forgets all files.
 void ng_watch_clear(struct ng_watch *watch);
 // Whether any of them has changed since the last call that said so, and is at rest again: what is still being
-// written, or is not there for now, is waited for.
+// written, or is not there for a moment, is waited for.
 bool ng_watch_changed(struct ng_watch *watch);
 
 NG_EXTERN_C_END
