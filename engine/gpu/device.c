@@ -678,6 +678,7 @@ static void close_device(struct ng_gpu *gpu)
     ng_gpu_frames_finish(gpu);
     ng_gpu_live_finish(gpu);
     ng_gpu_pipelines_finish(gpu);
+    ng_gpu_shaders_finish(gpu);
     ng_gpu_samplers_finish(gpu);
     ng_gpu_memory_finish(gpu);
     vkDestroyDevice(gpu->device, NULL);

@@ -66,6 +66,7 @@ struct ng_gpu {
     bool anisotropy;                       // never of a device that draws on the CPU
     float max_anisotropy;                  // 1 without `anisotropy`
     bool lost;                             // the device is lost
+    uint64_t shaders;                      // stands for what replaced shaders hold; 0: all are those built in
     struct ng_gpu_internal *internal;
 };
 

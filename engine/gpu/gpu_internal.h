@@ -63,6 +63,15 @@ struct ng_gpu_set_layout {
     VkDescriptorSetLayout handle;
 };
 
+// What a pipeline is made of: to make it again of other shaders.
+struct ng_gpu_built {
+    struct ng_gpu_pipeline pipeline;
+    struct ng_spirv shaders[2];             // vertex and fragment, or compute; no words: none
+    struct ng_gpu_graphics_params graphics; // its shaders are those above, its slots the pipeline's
+    struct ng_gpu_vertex_binding vertex_bindings[16];
+    struct ng_gpu_vertex_attribute vertex_attributes[16];
+};
+
 struct ng_gpu_sampler_entry {
     struct ng_gpu_sampler_params params;
     VkSampler handle;
@@ -104,6 +113,8 @@ struct ng_gpu_internal {
 
     NG_ARRAY(struct ng_gpu_sampler_entry) samplers;
     NG_ARRAY(struct ng_gpu_set_layout) set_layouts;
+    struct ng_gpu_shader **shaders; // those that were replaced
+    uint32_t shader_count;
     NG_ARRAY(VkDescriptorPool) group_pools;
     VkPipelineCache pipeline_cache;
 
@@ -170,6 +181,11 @@ void ng_gpu_memory_finish(struct ng_gpu *gpu);
 void ng_gpu_image_drop_views(struct ng_gpu_image *image);
 void ng_gpu_samplers_finish(struct ng_gpu *gpu);
 void ng_gpu_pipelines_finish(struct ng_gpu *gpu);
+// A pipeline of the shaders that hold now.
+ng_result ng_gpu_pipeline_compile(struct ng_gpu *gpu, const struct ng_gpu_built *built, VkPipeline *out);
+// What stands in the place of a shader, if anything does.
+struct ng_spirv ng_gpu_shader_now(const struct ng_gpu *gpu, struct ng_spirv built_in);
+void ng_gpu_shaders_finish(struct ng_gpu *gpu);
 
 ng_result ng_gpu_frames_init(struct ng_gpu *gpu);
 void ng_gpu_frames_finish(struct ng_gpu *gpu);

@@ -155,37 +155,30 @@ static VkPipelineShaderStageCreateInfo stage_info(VkShaderStageFlagBits stage, V
 // ---- Creation --------------------------------------------------------------------------------------------
 
 // An empty pipeline object, named and counted.
-static struct ng_gpu_pipeline *pipeline_new(struct ng_gpu *gpu, const char *name,
-                                            VkPipelineBindPoint bind_point, VkShaderStageFlags stages,
-                                            uint32_t push_size)
+static struct ng_gpu_built *pipeline_new(struct ng_gpu *gpu, const char *name, VkPipelineBindPoint bind_point,
+                                         VkShaderStageFlags stages, uint32_t push_size)
 {
-    struct ng_gpu_pipeline *p = ng_gpu_host_alloc(gpu, sizeof *p, name);
-    if (!p)
+    struct ng_gpu_built *b = ng_gpu_host_alloc(gpu, sizeof *b, name);
+    if (!b)
         return NULL;
-    p->bind_point = bind_point;
-    p->push_stages = stages;
-    p->push_size = push_size;
-    ng_gpu_live_add(gpu, &p->live, NG_GPU_KIND_PIPELINE, name);
-    return p;
+    b->pipeline.bind_point = bind_point;
+    b->pipeline.push_stages = stages;
+    b->pipeline.push_size = push_size;
+    ng_gpu_live_add(gpu, &b->pipeline.live, NG_GPU_KIND_PIPELINE, name);
+    return b;
 }
 
-static ng_result compute_build(struct ng_gpu *gpu, const struct ng_gpu_compute_params *params,
-                               struct ng_gpu_pipeline *p)
+static ng_result compute_compile(struct ng_gpu *gpu, const struct ng_gpu_built *b,
+                                 const VkPipelineShaderStageCreateInfo *stage, VkPipeline *out)
 {
-    NG_TRY(take_slots(p, params->slots, params->slot_count, VK_SHADER_STAGE_COMPUTE_BIT));
-    NG_TRY(layout_create(gpu, p));
-    VkShaderModule module = VK_NULL_HANDLE;
-    NG_TRY(module_create(gpu, params->shader, params->name, &module));
     VkComputePipelineCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                                        .stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module),
-                                        .layout = p->layout};
-    ng_result r =
-        ng_gpu_check(gpu,
-                     NG_GPU_CREATE(gpu, vkCreateComputePipelines(gpu->device, gpu->internal->pipeline_cache,
-                                                                 1, &info, NULL, &p->handle)),
-                     "create pipeline", params->name);
-    vkDestroyShaderModule(gpu->device, module, NULL);
-    return r;
+                                        .stage = *stage,
+                                        .layout = b->pipeline.layout};
+    return ng_gpu_check(
+        gpu,
+        NG_GPU_CREATE(
+            gpu, vkCreateComputePipelines(gpu->device, gpu->internal->pipeline_cache, 1, &info, NULL, out)),
+        "create pipeline", b->pipeline.live.name);
 }
 
 // Everything of a graphics pipeline but its shaders.
@@ -293,14 +286,14 @@ static void fill_output(const struct ng_gpu_graphics_params *p, struct graphics_
                                                    .depthAttachmentFormat = p->depth_format};
 }
 
-static ng_result graphics_compile(struct ng_gpu *gpu, const struct ng_gpu_graphics_params *params,
+static ng_result graphics_compile(struct ng_gpu *gpu, const struct ng_gpu_built *b,
                                   const VkPipelineShaderStageCreateInfo *stages, uint32_t stage_count,
-                                  struct ng_gpu_pipeline *p)
+                                  VkPipeline *out)
 {
     struct graphics_state s;
-    fill_vertex_input(params, &s);
-    fill_raster(gpu, params, &s);
-    fill_output(params, &s);
+    fill_vertex_input(&b->graphics, &s);
+    fill_raster(gpu, &b->graphics, &s);
+    fill_output(&b->graphics, &s);
     VkGraphicsPipelineCreateInfo info = {.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,
                                          .pNext = &s.rendering,
                                          .stageCount = stage_count,
@@ -313,36 +306,64 @@ static ng_result graphics_compile(struct ng_gpu *gpu, const struct ng_gpu_graphi
                                          .pDepthStencilState = &s.depth,
                                          .pColorBlendState = &s.blend,
                                          .pDynamicState = &s.dynamic,
-                                         .layout = p->layout};
+                                         .layout = b->pipeline.layout};
     return ng_gpu_check(
         gpu,
-        NG_GPU_CREATE(gpu, vkCreateGraphicsPipelines(gpu->device, gpu->internal->pipeline_cache, 1, &info,
-                                                     NULL, &p->handle)),
-        "create pipeline", params->name);
+        NG_GPU_CREATE(
+            gpu, vkCreateGraphicsPipelines(gpu->device, gpu->internal->pipeline_cache, 1, &info, NULL, out)),
+        "create pipeline", b->pipeline.live.name);
 }
 
-static ng_result graphics_build(struct ng_gpu *gpu, const struct ng_gpu_graphics_params *params,
-                                struct ng_gpu_pipeline *p)
+ng_result ng_gpu_pipeline_compile(struct ng_gpu *gpu, const struct ng_gpu_built *b, VkPipeline *out)
 {
-    NG_TRY(take_slots(p, params->slots, params->slot_count, p->push_stages));
-    NG_TRY(layout_create(gpu, p));
-    VkShaderModule vertex = VK_NULL_HANDLE, fragment = VK_NULL_HANDLE;
-    ng_result r = module_create(gpu, params->vertex, params->name, &vertex);
-    if (r == NG_OK && params->fragment.words)
-        r = module_create(gpu, params->fragment, params->name, &fragment);
-    if (r == NG_OK) {
-        const VkPipelineShaderStageCreateInfo stages[] = {stage_info(VK_SHADER_STAGE_VERTEX_BIT, vertex),
-                                                          stage_info(VK_SHADER_STAGE_FRAGMENT_BIT, fragment)};
-        r = graphics_compile(gpu, params, stages, fragment ? 2 : 1, p);
+    bool compute = b->pipeline.bind_point == VK_PIPELINE_BIND_POINT_COMPUTE;
+    const VkShaderStageFlagBits kinds[] = {compute ? VK_SHADER_STAGE_COMPUTE_BIT : VK_SHADER_STAGE_VERTEX_BIT,
+                                           VK_SHADER_STAGE_FRAGMENT_BIT};
+    VkPipelineShaderStageCreateInfo stages[2];
+    VkShaderModule modules[2] = {VK_NULL_HANDLE, VK_NULL_HANDLE};
+    ng_result r = NG_OK;
+    uint32_t count = 0;
+    for (; r == NG_OK && count < 2 && (count == 0 || b->shaders[count].words); count++) {
+        r = module_create(gpu, ng_gpu_shader_now(gpu, b->shaders[count]), b->pipeline.live.name,
+                          &modules[count]);
+        stages[count] = stage_info(kinds[count], modules[count]);
     }
-    vkDestroyShaderModule(gpu->device, vertex, NULL);
-    vkDestroyShaderModule(gpu->device, fragment, NULL);
+    if (r == NG_OK)
+        r = compute ? compute_compile(gpu, b, stages, out) : graphics_compile(gpu, b, stages, count, out);
+    for (uint32_t i = 0; i < 2; i++)
+        vkDestroyShaderModule(gpu->device, modules[i], NULL);
     return r;
 }
 
-static ng_result pipeline_done(struct ng_gpu *gpu, ng_result r, struct ng_gpu_pipeline *p,
+static void keep_graphics(struct ng_gpu_built *b, const struct ng_gpu_graphics_params *params)
+{
+    b->shaders[0] = params->vertex;
+    b->shaders[1] = params->fragment;
+    b->graphics = *params;
+    if (params->vertex_binding_count)
+        memcpy(b->vertex_bindings, params->vertex_bindings,
+               params->vertex_binding_count * sizeof *b->vertex_bindings);
+    if (params->vertex_attribute_count)
+        memcpy(b->vertex_attributes, params->vertex_attributes,
+               params->vertex_attribute_count * sizeof *b->vertex_attributes);
+    b->graphics.vertex_bindings = b->vertex_bindings;
+    b->graphics.vertex_attributes = b->vertex_attributes;
+    b->graphics.name = NULL; // the caller's
+    b->graphics.slots = NULL;
+}
+
+static ng_result build(struct ng_gpu *gpu, struct ng_gpu_built *b, const struct ng_gpu_slot *slots,
+                       uint32_t slot_count)
+{
+    NG_TRY(take_slots(&b->pipeline, slots, slot_count, b->pipeline.push_stages));
+    NG_TRY(layout_create(gpu, &b->pipeline));
+    return ng_gpu_pipeline_compile(gpu, b, &b->pipeline.handle);
+}
+
+static ng_result pipeline_done(struct ng_gpu *gpu, ng_result r, struct ng_gpu_built *b,
                                struct ng_gpu_pipeline **out)
 {
+    struct ng_gpu_pipeline *p = &b->pipeline;
     if (r != NG_OK) {
         ng_gpu_pipeline_destroy(&p);
         return r;
@@ -359,11 +380,12 @@ ng_result ng_gpu_compute_create(struct ng_gpu *gpu, const struct ng_gpu_compute_
     NG_REQUIRE(params->name, "a pipeline has a name");
     if (gpu->lost)
         return NG_ERROR_DEVICE;
-    struct ng_gpu_pipeline *p = pipeline_new(gpu, params->name, VK_PIPELINE_BIND_POINT_COMPUTE,
-                                             VK_SHADER_STAGE_COMPUTE_BIT, params->push_size);
-    if (!p)
+    struct ng_gpu_built *b = pipeline_new(gpu, params->name, VK_PIPELINE_BIND_POINT_COMPUTE,
+                                          VK_SHADER_STAGE_COMPUTE_BIT, params->push_size);
+    if (!b)
         return NG_ERROR_MEMORY;
-    return pipeline_done(gpu, compute_build(gpu, params, p), p, out);
+    b->shaders[0] = params->shader;
+    return pipeline_done(gpu, build(gpu, b, params->slots, params->slot_count), b, out);
 }
 
 ng_result ng_gpu_graphics_create(struct ng_gpu *gpu, const struct ng_gpu_graphics_params *params,
@@ -377,12 +399,13 @@ ng_result ng_gpu_graphics_create(struct ng_gpu *gpu, const struct ng_gpu_graphic
                "pipeline '%s' has at most 16 vertex bindings and attributes", params->name);
     if (gpu->lost)
         return NG_ERROR_DEVICE;
-    struct ng_gpu_pipeline *p =
+    struct ng_gpu_built *b =
         pipeline_new(gpu, params->name, VK_PIPELINE_BIND_POINT_GRAPHICS,
                      VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, params->push_size);
-    if (!p)
+    if (!b)
         return NG_ERROR_MEMORY;
-    return pipeline_done(gpu, graphics_build(gpu, params, p), p, out);
+    keep_graphics(b, params);
+    return pipeline_done(gpu, build(gpu, b, params->slots, params->slot_count), b, out);
 }
 
 void ng_gpu_pipeline_destroy(struct ng_gpu_pipeline **pipeline)

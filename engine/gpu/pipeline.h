@@ -10,6 +10,8 @@
 //
 //     #include "gbuffer.frag.spv.h"         // defines ng_spv_gbuffer_frag
 //     .fragment = NG_SPIRV(ng_spv_gbuffer_frag)
+//
+// While a program runs, ng_gpu_replace_shaders puts other code in their place.
 #ifndef NG_GPU_PIPELINE_H
 #define NG_GPU_PIPELINE_H
 
@@ -28,9 +30,10 @@ NG_EXTERN_C_BEGIN
 
 struct ng_spirv {
     const uint32_t *words;
-    size_t size; // bytes
+    size_t size;      // bytes
+    const char *name; // of the file, under which it can be replaced; null: never
 };
-#define NG_SPIRV(array) ((struct ng_spirv){(array), sizeof(array)})
+#define NG_SPIRV(array) ((struct ng_spirv){(array), sizeof(array), array##_name})
 
 struct ng_gpu_slot {
     uint32_t set, binding; // of the GLSL layout()
@@ -109,12 +112,19 @@ struct ng_gpu_pipeline {
 };
 
 // Compiles; takes milliseconds to seconds, so not in the frame loop. `params` and what it points to are not
-// kept.
+// kept, except for the words and names of shaders, which outlive the pipeline.
 NG_NODISCARD ng_result ng_gpu_graphics_create(struct ng_gpu *gpu, const struct ng_gpu_graphics_params *params,
                                               struct ng_gpu_pipeline **out);
 NG_NODISCARD ng_result ng_gpu_compute_create(struct ng_gpu *gpu, const struct ng_gpu_compute_params *params,
                                              struct ng_gpu_pipeline **out);
 void ng_gpu_pipeline_destroy(struct ng_gpu_pipeline **pipeline);
+
+// Puts these shaders in the place of those that have their names, in the pipelines there are and in those to
+// come. Between frames: what was submitted ends with the code it began with. All or none: code that does not
+// fit the slots of its pipelines, or that the driver refuses, is logged by name and changes nothing. Copies
+// the words. Compiles, as creation does; gpu->shaders is another number from then on.
+NG_NODISCARD ng_result ng_gpu_replace_shaders(struct ng_gpu *gpu, const struct ng_spirv *shaders,
+                                              uint32_t count);
 
 // ---- What goes into a slot -------------------------------------------------------------------------------
 

@@ -1,8 +1,9 @@
 // Keys of versions, and which persistent resources hold already what this frame would make.
 //
 // The key of a version follows from the pass that writes it: from the pass's own key and the keys of all that
-// it reads, so that it stands for everything behind it, however long the chain. A resource is current if the
-// content that it has kept has the key of its last version in this frame.
+// it reads, so that it stands for everything behind it, however long the chain. Shaders that were replaced
+// are in every key: which of them a pass uses, only the pass knows. A resource is current if the content that
+// it has kept has the key of its last version in this frame.
 #include "graph/graph_internal.h"
 
 #include "graph/key.h"
@@ -87,7 +88,8 @@ static bool keeps_content(const struct decl_use *u)
 
 static uint64_t key_of_pass(const struct compile *c, const struct ng_pass *p)
 {
-    uint64_t key = p->key ? ng_key_add(p->key, (uintptr_t)p->run) : 0;
+    uint64_t shaders = c->g->params.gpu ? c->g->params.gpu->shaders : 0;
+    uint64_t key = p->key ? ng_key_add(ng_key_add(p->key, (uintptr_t)p->run), shaders) : 0;
     for (size_t i = 0; i < p->uses.count && key; i++) {
         const struct decl_use *u = &p->uses.items[i];
         if (decl_is_keyless(&c->g->resources.items[u->resource]))

@@ -2,6 +2,7 @@
 // Everything twice: with push descriptors and with descriptor pools, as drivers without them need.
 #include "gpu_test.h"
 
+#include "copy.comp.spv.h"
 #include "double.comp.spv.h"
 #include "fill.frag.spv.h"
 #include "fill.vert.spv.h"
@@ -277,11 +278,99 @@ static void test_wrong_declarations(void **state)
     assert_int_equal(ng_gpu_compute_create(gpu, &params, &p), NG_ERROR_USAGE);
     params.slot_count = 0, params.push_size = 129;
     assert_int_equal(ng_gpu_compute_create(gpu, &params, &p), NG_ERROR_USAGE);
-    params.push_size = 0, params.shader = NG_SPIRV(((const uint32_t[]){1, 2, 3, 4, 5}));
+    params.push_size = 0, params.shader = (struct ng_spirv){(const uint32_t[]){1, 2, 3, 4, 5}, 20, NULL};
     assert_int_equal(ng_gpu_compute_create(gpu, &params, &p), NG_ERROR_USAGE);
     test_log_end(&log);
     assert_null(p);
     assert_int_equal(log.errors, 3);
+    gpu_test_end(gpu);
+}
+
+// ---- Replaced shaders ------------------------------------------------------------------------------------
+
+static uint32_t compute_one(struct ng_gpu *gpu, const struct ng_gpu_pipeline *pipeline)
+{
+    struct ng_gpu_buffer *source = gpu_test_buffer(gpu, 4, NG_GPU_MEMORY_DEVICE);
+    struct ng_gpu_buffer *target = gpu_test_buffer(gpu, 4, NG_GPU_MEMORY_READBACK);
+    const struct ng_gpu_binding bindings[] = {{.binding = 0, .buffer = source},
+                                              {.binding = 1, .buffer = target}};
+    const uint32_t in = 7919, push[2] = {1, 3};
+    struct ng_cmd *cmd;
+    assert_int_equal(ng_upload_buffer(source, 0, &in, sizeof in), NG_OK);
+    assert_int_equal(ng_immediate_begin(gpu, &cmd), NG_OK);
+    assert_int_equal(ng_cmd_bind(cmd, pipeline, bindings, 2), NG_OK);
+    ng_cmd_push(cmd, pipeline, push, sizeof push);
+    vkCmdDispatch(cmd->handle, 1, 1, 1);
+    assert_int_equal(ng_immediate_end(gpu, &cmd), NG_OK);
+    uint32_t out = *(const uint32_t *)target->mapped;
+    ng_gpu_buffer_destroy(&source);
+    ng_gpu_buffer_destroy(&target);
+    return out;
+}
+
+// Another shader under the name of the first, and back. Each allocation fails once: all is as it was then.
+static void test_replaced(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_gpu *gpu = gpu_test_begin();
+    struct ng_gpu_pipeline *pipeline = gpu_test_map(gpu, "double", NG_SPIRV(ng_spv_double_comp), 8);
+    const struct ng_spirv first = NG_SPIRV(ng_spv_double_comp);
+    const struct ng_spirv second = {ng_spv_copy_comp, sizeof ng_spv_copy_comp, first.name};
+    ng_result result = NG_ERROR_MEMORY;
+    assert_int_equal(gpu->shaders, 0);
+    for (uint32_t n = 1; result != NG_OK; n++) {
+        struct test_log log;
+        ng_gpu_inject_faults(gpu, &(struct ng_gpu_faults){.fail_allocation = n});
+        test_log_begin(&log);
+        result = ng_gpu_replace_shaders(gpu, &second, 1);
+        test_log_end(&log);
+        ng_gpu_inject_faults(gpu, &(struct ng_gpu_faults){0});
+        assert_int_equal(log.errors, result != NG_OK);
+        assert_true((gpu->shaders != 0) == (result == NG_OK));
+        assert_int_equal(compute_one(gpu, pipeline), result == NG_OK ? 7919 : test_mix(7919, 3));
+    }
+    uint64_t key = gpu->shaders;
+    struct ng_gpu_pipeline *later = gpu_test_map(gpu, "later", first, 8);
+    assert_int_equal(compute_one(gpu, later), 7919);
+    assert_int_equal(ng_gpu_replace_shaders(gpu, (struct ng_spirv[]){second, first}, 2),
+                     NG_OK); // the last holds
+    assert_int_equal(compute_one(gpu, later), test_mix(7919, 3));
+    assert_true(gpu->shaders != key);
+    assert_int_equal(ng_gpu_replace_shaders(gpu, &second, 1), NG_OK);
+    assert_true(gpu->shaders == key); // the same content
+    ng_gpu_pipeline_destroy(&pipeline);
+    ng_gpu_pipeline_destroy(&later);
+    gpu_test_end(gpu);
+}
+
+static void test_code_that_cannot_replace(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_gpu *gpu = gpu_test_begin();
+    struct ng_gpu_pipeline *pipeline = gpu_test_map(gpu, "double", NG_SPIRV(ng_spv_double_comp), 8);
+    const struct ng_spirv good = NG_SPIRV(ng_spv_double_comp);
+    static uint32_t broken[NG_COUNT(ng_spv_double_comp)];
+    memcpy(broken, ng_spv_double_comp, sizeof broken);
+    broken[5] &= 0xffff; // an instruction without length
+    const struct ng_spirv wrong[] = {
+        {good.words, 8, good.name},                                     // no whole header
+        {good.words, good.size - 4, good.name},                         // cut
+        {good.words, good.size - 2, good.name},                         // in a word
+        {broken, sizeof broken, good.name},                             //
+        {good.words + 1, good.size - 4, good.name},                     // no SPIR-V
+        {good.words, good.size, NULL},                                  // nobody's
+        {ng_spv_triangle_frag, sizeof ng_spv_triangle_frag, good.name}, // binds something else
+    };
+    for (size_t i = 0; i < NG_COUNT(wrong); i++) {
+        struct test_log log;
+        test_log_begin(&log);
+        assert_int_equal(ng_gpu_replace_shaders(gpu, (struct ng_spirv[]){good, wrong[i]}, 2), NG_ERROR_USAGE);
+        test_log_end(&log);
+        assert_int_equal(log.errors, 1);
+        assert_int_equal(gpu->shaders, 0);
+        assert_int_equal(compute_one(gpu, pipeline), test_mix(7919, 3));
+    }
+    ng_gpu_pipeline_destroy(&pipeline);
     gpu_test_end(gpu);
 }
 
@@ -293,6 +382,8 @@ int main(void)
         cmocka_unit_test(test_draw),
         cmocka_unit_test(test_vertex_buffer_and_culling),
         cmocka_unit_test(test_wrong_declarations),
+        cmocka_unit_test(test_replaced),
+        cmocka_unit_test(test_code_that_cannot_replace),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,9 +1,11 @@
 # GLSL to SPIR-V at build, embedded: no file is read at run time.
 #
 # ng_shaders(TARGET a.vert b.frag c.comp ...)
-#   Compiles each file of the current folder and makes "a.vert.spv.h" (which defines the words ng_spv_a_vert, static)
-#   includable from TARGET's sources. TARGET_spirv builds just the shaders. Shaders include from engine/shaders and from their own folder
-#   (GL_GOOGLE_include_directive); touching an included file recompiles what includes it.
+#   Compiles each file of the current folder and makes "a.vert.spv.h" includable from TARGET's sources. It defines the words
+#   ng_spv_a_vert, static, and their name ng_spv_a_vert_name. TARGET_spirv builds just the shaders. Shaders include from
+#   engine/shaders and from their own folder (GL_GOOGLE_include_directive); touching an included file recompiles what includes it.
+#
+# engine/app/shader_reload.c calls the compiler in the same way while a program runs.
 find_program(NG_GLSLANG glslangValidator REQUIRED)
 
 function(ng_shaders target)
@@ -17,6 +19,7 @@ function(ng_shaders target)
     file(CONFIGURE OUTPUT ${dir}/${file}.spv.h @ONLY CONTENT
 "// ${file} as SPIR-V for Vulkan 1.3. Generated.
 #include <stdint.h>
+#define ${symbol}_name \"${file}\"
 static const uint32_t ${symbol}[] = {
 #include \"${file}.spv.inc\"
 };
