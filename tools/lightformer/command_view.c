@@ -8,6 +8,7 @@
 #include "app/camera_controller.h"
 #include "app/clip_menu.h"
 #include "app/playback.h"
+#include "app/shader_reload.h"
 #include "app/stage.h"
 #include "app/watch.h"
 #include "app/window.h"
@@ -30,7 +31,7 @@
 #include <string.h>
 
 struct view {
-    const char *scene, *device, *weights;
+    const char *scene, *device, *weights, *shaders;
     uint32_t threads, method, layer, comparison, other, samples, frames;
     struct cli_size size;
     struct opening opening;
@@ -76,6 +77,12 @@ static const struct cli_option options[] = {
      .fallback = "0",
      .max = 1e9,
      .doc = "quits after so many frames; 0: never"},
+    {.name = "--shaders",
+     .kind = CLI_TEXT,
+     .flags = CLI_READS,
+     .offset = offsetof(struct view, shaders),
+     .value = "FOLDER",
+     .doc = "for work on engine/shaders: draws with those of a folder, anew when they change"},
     CLI_OPENING(struct view),
     CLI_THREADS(struct view),
     CLI_DEVICE(struct view),
@@ -104,7 +111,8 @@ struct viewer {
     struct ng_window *window;
     struct ng_stage *stage;
     struct ng_ui *ui;
-    struct ng_watch *watch; // on the scene's files and weights
+    struct ng_watch *watch;           // on the scene's files and weights
+    struct ng_shader_reload *shaders; // null: those built in
     struct ng_clip_menu *clips;
     char wanted[4096];         // path of what was asked for last
     char scene[4096];          // path of what is shown
@@ -253,6 +261,8 @@ static ng_result open_wanted(struct viewer *v)
 static ng_result follow_files(struct viewer *v)
 {
     const char *dropped = v->window->dropped;
+    if (v->shaders)
+        ng_shader_reload_update(v->shaders, v->stage->gpu);
     if (dropped)
         snprintf(v->wanted, sizeof v->wanted, "%s", dropped);
     return dropped || ng_watch_changed(v->watch) ? open_wanted(v) : NG_OK;
@@ -268,6 +278,8 @@ static ng_result open_viewer(struct viewer *v)
         ng_log_error("%s: cannot open: there is no such file", args->scene);
         return NG_ERROR_NOT_FOUND;
     }
+    if (args->shaders)
+        NG_TRY(ng_shader_reload_create(args->shaders, &v->shaders));
     NG_TRY(ng_window_create(&window, &v->window));
     NG_TRY(ng_watch_create(&v->watch));
     snprintf(v->scene, sizeof v->scene, "%s", args->scene);
@@ -359,7 +371,7 @@ static void draw_captions(struct viewer *v)
     const float edge = 6, line = 20;
     uint32_t comparison = v->picture.comparison;
     char text[256];
-    if (v->failed)
+    if (v->failed || (v->shaders && ng_shader_reload_failed(v->shaders)))
         ng_ui_caption(v->ui, edge, edge, "what is in the file now cannot be shown: see the terminal");
     describe_side(v, VIEW_LEFT, text, sizeof text);
     ng_ui_caption(v->ui, edge, -edge, "%s", text);
@@ -450,6 +462,7 @@ static ng_result loop(struct viewer *v)
 
 static void close_viewer(struct viewer *v)
 {
+    ng_shader_reload_destroy(&v->shaders);
     ng_watch_destroy(&v->watch);
     ng_clip_menu_destroy(&v->clips);
     view_times_finish(&v->times);
