@@ -110,9 +110,6 @@ static void aim_side_by_side(const struct lf_tracer *t, const struct lf_packet *
                              int valid[LF_PACKET], struct RTCRayHit16 *out)
 {
     begin_passing(t, p->passes, q);
-    // Embree does not come back from some coherent packets among instances.
-    if (!t->shared.count)
-        q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     *out = (struct RTCRayHit16){0};
     for (int i = 0; i < LF_PACKET; i++) {
         const float origin[3] = {p->origin[0][i], p->origin[1][i], p->origin[2][i]};
@@ -148,6 +145,10 @@ void lf_trace_packet(const struct lf_tracer *t, struct lf_packet *p, struct lf_h
     struct RTCRayHit16 r;
     _Alignas(64) int valid[LF_PACKET];
     aim_side_by_side(t, p, &q, valid, &r);
+    // Embree does not come back from some coherent packets among instances. Packets that ask for anything in
+    // the way are faster without (bench_encode: visibility, shadow_distance).
+    if (!t->shared.count)
+        q.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(valid, t->scene, &q.context, &r);
     for (unsigned int i = 0; i < LF_PACKET; i++) {
         p->met[i] = valid[i] && r.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
