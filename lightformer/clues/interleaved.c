@@ -6,9 +6,7 @@
 
 #include <string.h>
 
-#define ROWS   4      // a job
-#define NARROW 0.1f   // alpha
-#define SAME   0.999f // overlap of lobes
+#define ROWS 4 // a job
 
 const unsigned char lf_interleave_order[LF_INTERLEAVE * LF_INTERLEAVE] = {0, 8,  2, 10, 12, 4, 14, 6,
                                                                           3, 11, 1, 9,  15, 7, 13, 5};
@@ -94,62 +92,77 @@ struct average {
     float *out;
 };
 
-// How much of a neighbour's lobe is in the pixel's: GGX of the normal between, the peak being 1.
-static float lobe_overlap(const struct lf_pixel_clues *p, size_t pixel, size_t other)
+// A neighbourhood that reaches over the picture's edge, where nothing is.
+struct padded {
+    float planes[11][LF_INTERLEAVE_TAPS][LF_LANES + LF_INTERLEAVE_TAPS - 1];
+};
+
+static const float *pad(const struct lf_pixel_clues *p, const float *plane, uint32_t x, uint32_t y,
+                        float out[LF_INTERLEAVE_TAPS][LF_LANES + LF_INTERLEAVE_TAPS - 1])
 {
-    float chord = 0, alpha = ng_brdf_alpha(p->roughness[pixel]); // squared: 2 - 2 cosine, 0 for equal normals
-    for (int c = 0; c < 3; c++) {
-        float apart = p->normal[c][pixel] - p->normal[c][other];
-        chord += apart * apart;
-    }
-    float cosine = fmaxf(1 - 0.5f * chord, 1e-3f), sine = chord * (1 - 0.25f * chord);
-    float spread = 1 + fmaxf(sine, 0) / (cosine * cosine * alpha * alpha);
-    return 1 / (spread * spread);
+    const uint32_t half = LF_INTERLEAVE_HALF;
+    for (uint32_t j = 0; j < LF_INTERLEAVE_TAPS; j++)
+        for (uint32_t i = 0; i < LF_LANES + LF_INTERLEAVE_TAPS - 1; i++) {
+            uint32_t column = x + i - half, row = y + j - half; // wraps left of the picture and above
+            bool inside = column < p->width && row < p->height;
+            out[j][i] = inside ? plane[(size_t)row * p->width + column] : 0;
+        }
+    return &out[half][half];
 }
 
-// A narrow lobe has an answer of its own, which only neighbours know that look into the same directions.
-static float lobe_weight(const struct lf_pixel_clues *p, size_t pixel, size_t other)
-{
-    float overlap = lobe_overlap(p, pixel, other);
-    bool narrow = ng_brdf_alpha(p->roughness[pixel]) < NARROW;
-    return narrow && overlap < SAME ? 0 : overlap;
-}
-
-static float weigh(const struct average *a, uint32_t x, uint32_t y)
+static struct lf_neighbourhood neighbourhood(const struct average *a, uint32_t x, uint32_t y,
+                                             struct padded *room)
 {
     const struct lf_pixel_clues *p = a->pixels;
-    struct neighbours n = find_neighbours(p, x, y);
-    size_t pixel = (size_t)y * p->width + x;
-    float window[LF_INTERLEAVE_TAPS], sum = 0, weights = 0;
-    lf_interleave_window(LF_INTERLEAVE_HALF, window);
-    for (uint32_t row = n.y0; row < n.y1; row++)
-        for (uint32_t column = n.x0; column < n.x1; column++) {
-            size_t other = (size_t)row * p->width + column;
-            if (!(a->rays->weight[other] > 0))
-                continue;
-            float weight = a->rays->weight[other] * window[row + LF_INTERLEAVE_HALF - y] *
-                           window[column + LF_INTERLEAVE_HALF - x] * lf_bilateral_weight(p, pixel, other);
-            if (a->specular)
-                weight *= lobe_weight(p, pixel, other);
-            weights += weight;
-            sum += weight * a->rays->part[other];
-        }
-    return weights > 0 && isfinite(weights) ? sum / weights : a->rays->part[pixel];
+    const uint32_t half = LF_INTERLEAVE_HALF;
+    bool inside = x >= half && y >= half && x + LF_LANES + half <= p->width && y + half < p->height;
+    struct lf_neighbourhood n = {.mask = p->mask,
+                                 .distance = p->distance,
+                                 .roughness = p->roughness,
+                                 .part = a->rays->part,
+                                 .weight = a->rays->weight,
+                                 .stride = inside ? p->width : LF_LANES + LF_INTERLEAVE_TAPS - 1};
+    for (int c = 0; c < 3; c++) {
+        n.position[c] = p->position[c];
+        n.normal[c] = p->normal[c];
+    }
+    const float **planes[] = {&n.position[0], &n.position[1], &n.position[2], &n.normal[0],
+                              &n.normal[1],   &n.normal[2],   &n.mask,        &n.distance,
+                              &n.roughness,   &n.part,        &n.weight};
+    for (size_t i = 0; i < NG_COUNT(planes); i++)
+        *planes[i] =
+            inside ? *planes[i] + (size_t)y * p->width + x : pad(p, *planes[i], x, y, room->planes[i]);
+    return n;
+}
+
+// Where all rays around a pixel found the same, that is the mean.
+static void average_lanes(const struct average *a, uint32_t x, uint32_t y)
+{
+    const struct lf_pixel_clues *p = a->pixels;
+    uint32_t count = p->width - x < LF_LANES ? p->width - x : LF_LANES;
+    size_t first = (size_t)y * p->width + x;
+    unsigned found[LF_LANES];
+    bool agreed = true;
+    for (uint32_t i = 0; i < count; i++) {
+        found[i] = p->mask[first + i] > 0 ? lf_interleaved_found(p, a->rays, x + i, y) : 0;
+        a->out[first + i] = found[i] == LF_FOUND_LIT ? 1 : 0;
+        agreed = agreed && found[i] != (LF_FOUND_LIT | LF_FOUND_HIDDEN);
+    }
+    if (agreed)
+        return;
+    float mean[LF_LANES];
+    struct padded room;
+    const struct lf_neighbourhood n = neighbourhood(a, x, y, &room);
+    lf_kernels_of(0)->average(&n, a->specular, mean);
+    for (uint32_t i = 0; i < count; i++)
+        if (found[i] == (LF_FOUND_LIT | LF_FOUND_HIDDEN))
+            a->out[first + i] = mean[i];
 }
 
 static void average_row(const struct average *a, uint32_t y)
 {
-    const struct lf_pixel_clues *p = a->pixels;
-    for (uint32_t x = 0; x < p->width; x++) {
-        size_t pixel = (size_t)y * p->width + x;
-        unsigned found = lf_interleaved_found(p, a->rays, x, y);
-        bool agreed = found != (LF_FOUND_LIT | LF_FOUND_HIDDEN);
-        a->out[pixel] = found == LF_FOUND_LIT ? 1 : 0;
-        if (!(p->mask[pixel] > 0))
-            a->out[pixel] = 0;
-        else if (!agreed)
-            a->out[pixel] = weigh(a, x, y);
-    }
+    for (uint32_t x = 0; x < a->pixels->width; x += LF_LANES)
+        average_lanes(a, x, y);
 }
 
 static void average_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)

@@ -729,6 +729,28 @@ static void aim(const struct lf_emitter *light, const struct lf_shading_points *
     }
 }
 
+static void arrive(const struct lf_light_sample *sample, bool infinite, const struct lf_shading_points *p,
+                   struct lf_aim *out)
+{
+    struct arrival a;
+    const float *w = sample->weight, mean = (w[0] + w[1] + w[2]) / 3;
+    if (infinite)
+        arrive_from_direction(sample, &a);
+    else
+        arrive_from_surface(sample, p, &a);
+    LANES
+    {
+        float x = a.x[i], y = a.y[i], z = a.z[i];
+        float cosine = dot(x, y, z, p->normal[0][i], p->normal[1][i], p->normal[2][i]);
+        float fl = dot(x, y, z, p->flat[0][i], p->flat[1][i], p->flat[2][i]);
+        out->direction[0][i] = x, out->direction[1][i] = y, out->direction[2][i] = z;
+        out->distance[i] =
+            dot(x, y, z, sample->position[0] - p->position[0][i], sample->position[1] - p->position[1][i],
+                sample->position[2] - p->position[2][i]);
+        out->weight[i] = fl > 0 ? mean * a.light[i] * ng_max(cosine, 0.0f) : 0;
+    }
+}
+
 // ---- reflections ------------------------------------------------------------------------------------------
 
 #define BLOCK_LANES _Pragma("omp simd") for (int i = 0; i < LF_NEIGHBOUR_LANES; i++)
@@ -795,6 +817,90 @@ static void reflect_rays(const struct lf_shading_point *at, float grain, const s
     }
 }
 
+// ---- neighbours
+// --------------------------------------------------------------------------------------------
+
+#define NARROW 0.1f   // alpha
+#define SAME   0.999f // overlap of lobes
+
+// What does not change from neighbour to neighbour.
+struct own {
+    float per_grain[LF_LANES];
+    float narrowness[LF_LANES]; // 1 / alpha^2
+    float least[LF_LANES];      // overlap that counts
+};
+
+static inline struct own own_of(const struct lf_neighbourhood *n)
+{
+    struct own own;
+    LANES
+    {
+        float alpha = ng_brdf_alpha(n->roughness[i]);
+        own.per_grain[i] = 1 / lf_plane_grain(n->distance[i]);
+        own.narrowness[i] = 1 / (alpha * alpha);
+        own.least[i] = alpha < NARROW ? SAME : 0;
+    }
+    return own;
+}
+
+// How much of a neighbour's lobe is in the pixel's: GGX of the normal between, the peak being 1. `chord`: of
+// the normals, squared.
+static inline float lobe_overlap(float narrowness, float chord)
+{
+    float cosine = ng_max(1 - 0.5f * chord, 1e-3f), sine = ng_max(chord * (1 - 0.25f * chord), 0.0f);
+    float square = cosine * cosine, part = square / (square + sine * narrowness);
+    return part * part;
+}
+
+// What a neighbour of each lane adds.
+ALWAYS void add_neighbour(const struct lf_neighbourhood *n, const struct own *own, ptrdiff_t to, float window,
+                          bool specular, float sum[LF_LANES], float weights[LF_LANES])
+{
+    LANES
+    {
+        const ptrdiff_t other = to + i;
+        float nx = n->normal[0][i], ny = n->normal[1][i], nz = n->normal[2][i];
+        float mx = n->normal[0][other], my = n->normal[1][other], mz = n->normal[2][other];
+        float x = n->position[0][other] - n->position[0][i], y = n->position[1][other] - n->position[1][i],
+              z = n->position[2][other] - n->position[2][i];
+        float height = dot(x, y, z, nx, ny, nz) * own->per_grain[i];
+        float weight =
+            n->weight[other] * window * n->mask[other] * lf_likeness(height, dot(mx, my, mz, nx, ny, nz));
+        if (specular) { // a narrow lobe has an answer of its own, known to those that look the same way
+            float dx = nx - mx, dy = ny - my, dz = nz - mz;
+            float overlap = lobe_overlap(own->narrowness[i], dot(dx, dy, dz, dx, dy, dz));
+            weight *= overlap < own->least[i] ? 0 : overlap;
+        }
+        weights[i] += weight;
+        sum[i] += weight * n->part[other];
+    }
+}
+
+ALWAYS void average_all(const struct lf_neighbourhood *n, bool specular, float out[LF_LANES])
+{
+    const struct own own = own_of(n);
+    const ptrdiff_t half = LF_INTERLEAVE_HALF;
+    float sum[LF_LANES] = {0}, weights[LF_LANES] = {0}, window[LF_INTERLEAVE_TAPS];
+    lf_interleave_window(LF_INTERLEAVE_HALF, window);
+    for (ptrdiff_t y = -half; y <= half; y++)
+        for (ptrdiff_t x = -half; x <= half; x++)
+            add_neighbour(n, &own, y * (ptrdiff_t)n->stride + x, window[y + half] * window[x + half],
+                          specular, sum, weights);
+    LANES
+    {
+        bool any = weights[i] > 0 && weights[i] - weights[i] == 0;
+        out[i] = any ? sum[i] / (any ? weights[i] : 1) : n->part[i];
+    }
+}
+
+static void average(const struct lf_neighbourhood *n, bool specular, float out[LF_LANES])
+{
+    if (specular)
+        average_all(n, true, out);
+    else
+        average_all(n, false, out);
+}
+
 #define NAME_(x)  #x
 #define NAME(x)   NAME_(x)
 #define TABLE_(x) lf_kernels_##x
@@ -804,4 +910,6 @@ const struct lf_kernels TABLE(NG_KERNELS) = {.name = NAME(NG_KERNELS),
                                              .direct = direct,
                                              .rsm_gather = rsm_gather,
                                              .aim = aim,
-                                             .reflect = reflect_rays};
+                                             .arrive = arrive,
+                                             .reflect = reflect_rays,
+                                             .average = average};

@@ -9,8 +9,10 @@
 
 #include "base/extern_c.h"
 #include "lightformer/clues/brdf_samples.h"
+#include "lightformer/clues/interleaved.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 NG_EXTERN_C_BEGIN
@@ -80,7 +82,7 @@ struct lf_rsm_source {
 // Rays to a light, by lane.
 struct lf_aim {
     float direction[3][LF_LANES], distance[LF_LANES]; // to a point of the light, or its skin off it
-    float weight[LF_LANES];                           // BRDF times cosine there
+    float weight[LF_LANES];                           // what the ray counts
 };
 
 #define LF_NEIGHBOUR_LANES 32 // LF_INTERLEAVE_TAPS^2 rays of a block, rounded up
@@ -92,6 +94,28 @@ struct lf_neighbour_rays {
     float to[3][LF_NEIGHBOUR_LANES];     // to what they met, or into the direction in which there is nothing
     float density[LF_NEIGHBOUR_LANES];   // per steradian, with which they were chosen
     float weight[LF_NEIGHBOUR_LANES];    // in the window; 0: no ray
+};
+
+// How much a pixel says of another one, by its height over the other's plane, in grains, and the cosine
+// between normals. Steep: light that falls on another pixel is right here only as far as normal and plane are
+// the same. Rays of reflections are shared more freely (kernels.c, ray_weight).
+static inline float lf_likeness(float height, float cosine)
+{
+    float square = cosine > 0 ? cosine * cosine : 0, fourth = square * square;
+    return fourth * fourth / (1 + height * height * height * height);
+}
+
+// Height that halves a weight, by distance to the eye.
+static inline float lf_plane_grain(float distance)
+{
+    return 0.01f * distance + 1e-12f;
+}
+
+// Planes at the first of LF_LANES pixels in a row. LF_INTERLEAVE_HALF more on all four sides are read.
+struct lf_neighbourhood {
+    const float *position[3], *normal[3], *mask, *distance, *roughness;
+    const float *part, *weight; // as struct lf_interleaved
+    size_t stride;              // from a row to the next
 };
 
 struct lf_kernels {
@@ -106,15 +130,22 @@ struct lf_kernels {
     void (*rsm_gather)(const struct lf_rsm_source *sources, uint32_t count,
                        const struct lf_shading_points *points, float out[3][LF_LANES]);
     // To the parts of a light that directions of the BRDF, which `u` chooses (lf_brdf_samples), come nearest
-    // to.
+    // to. Weight: BRDF times cosine there.
     void (*aim)(const struct lf_emitter *light, const struct lf_shading_points *points,
                 const float u[3][LF_LANES], struct lf_aim *out);
+    // To a sample of a surface or, if it is `infinite`, a direction (LF_EMITTER_DIRECTION). Weight:
+    // irradiance, the mean of its channels, on surfaces that it lights; of the points only position and
+    // normals are read.
+    void (*arrive)(const struct lf_light_sample *sample, bool infinite,
+                   const struct lf_shading_points *points, struct lf_aim *out);
     // What each ray counts: weight times BRDF and cosine, over the sum of both densities with which it could
     // have been chosen (balance heuristic), on surfaces like this one: `grain` is the distance from its plane
     // that halves a weight. A lobe that is so narrow that it ends between the rays is widened to the nearest
     // one.
     void (*reflect)(const struct lf_shading_point *at, float grain, const struct lf_neighbour_rays *hits,
                     float weight[LF_NEIGHBOUR_LANES]);
+    // Means of what pixels and their neighbours found, weighed by how alike they are (lf_interleaved_filter).
+    void (*average)(const struct lf_neighbourhood *pixels, bool specular, float out[LF_LANES]);
 };
 
 // The sets that this CPU has, the fastest first; null past the end.

@@ -8,9 +8,8 @@
 #include <assert.h>
 #include <string.h>
 
-#define ROWS         4     // of pixels, a job
-#define PLANE_GRAIN  0.01f // distance from a pixel's plane, in distances to the eye, that halves a weight
-#define LEAST_WEIGHT 0.6f  // of all neighbours, below which a pixel stands alone
+#define ROWS         4    // of pixels, a job
+#define LEAST_WEIGHT 0.6f // of all neighbours, below which a pixel stands alone
 
 #define RUN 128 // pixels that are read together
 
@@ -188,8 +187,6 @@ void lf_shading_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, i
 
 // ---- the grid --------------------------------------------------------------------------------------------
 
-// Steep: light that falls on another pixel is right here only as far as normal and plane are the same. Rays
-// of reflections are shared more freely (kernels.c, ray_weight).
 float lf_bilateral_weight(const struct lf_pixel_clues *p, size_t pixel, size_t other)
 {
     float height = 0, cosine = 0;
@@ -197,9 +194,7 @@ float lf_bilateral_weight(const struct lf_pixel_clues *p, size_t pixel, size_t o
         height += (p->position[c][other] - p->position[c][pixel]) * p->normal[c][pixel];
         cosine += p->normal[c][other] * p->normal[c][pixel];
     }
-    height /= PLANE_GRAIN * p->distance[pixel] + 1e-12f;
-    float square = cosine > 0 ? cosine * cosine : 0, fourth = square * square;
-    return p->mask[other] * fourth * fourth / (1 + height * height * height * height);
+    return p->mask[other] * lf_likeness(height / lf_plane_grain(p->distance[pixel]), cosine);
 }
 
 static void tap_grid(struct lf_pixel_clues *p, uint32_t x, uint32_t y)

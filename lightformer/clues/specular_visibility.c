@@ -27,22 +27,8 @@ static uint32_t quarter_of(uint32_t x, uint32_t y)
     return lf_interleave_order[lf_interleave_index(x, y)] / (LF_INTERLEAVE * LF_INTERLEAVE / QUARTERS);
 }
 
-static bool is_lit(const struct search *s, const struct lf_shading_points *points, const struct lf_aim *aim,
-                   uint32_t lane)
-{
-    struct lf_ray ray = {.near = 0, .far = aim->distance[lane] * s->pixels->space.radius * LF_LIGHT_RAY_PART};
-    float at[3], flat[3], position[3];
-    for (int c = 0; c < 3; c++) {
-        at[c] = points->position[c][lane];
-        flat[c] = points->flat[c][lane];
-        ray.direction[c] = aim->direction[c][lane];
-    }
-    lf_to_world(&s->pixels->space, at, position);
-    lf_trace_origin(s->scene->tracer, position, flat, ray.direction, ray.origin);
-    return !lf_trace_shadowed(s->scene->tracer, &ray, s->light->light);
-}
-
 // Rays of several pixels, answered together.
+_Static_assert(LF_LANES == LF_PACKET, "a ray a lane");
 struct asking {
     const struct search *search;
     struct lf_shading_points points;
@@ -51,19 +37,47 @@ struct asking {
     uint32_t count;
 };
 
+static void set_ray(const struct search *s, const struct lf_shading_points *points, const struct lf_aim *aim,
+                    uint32_t lane, struct lf_packet *packet)
+{
+    float at[3], flat[3], direction[3], position[3], origin[3];
+    for (int c = 0; c < 3; c++) {
+        at[c] = points->position[c][lane];
+        flat[c] = points->flat[c][lane];
+        direction[c] = aim->direction[c][lane];
+    }
+    lf_to_world(&s->pixels->space, at, position);
+    lf_trace_origin(s->scene->tracer, position, flat, direction, origin);
+    for (int c = 0; c < 3; c++) {
+        packet->origin[c][lane] = origin[c];
+        packet->direction[c][lane] = direction[c];
+    }
+    packet->far[lane] = aim->distance[lane] * s->pixels->space.radius * LF_LIGHT_RAY_PART;
+}
+
 // Adds to the weights of the pixels, and what is lit of them to their parts.
 static void answer(struct asking *a)
 {
     const struct search *s = a->search;
+    struct lf_packet packet = {.passes = s->light->light};
     struct lf_aim aim;
+    bool any = false;
     if (!a->count)
         return;
     lf_kernels_of(0)->aim(&s->light->emitter, &a->points, a->u, &aim);
     for (uint32_t i = 0; i < a->count; i++) {
         if (!(aim.weight[i] > 0))
             continue;
+        set_ray(s, &a->points, &aim, i, &packet);
+        any = true;
+    }
+    if (any)
+        lf_trace_packet_occluded(s->scene->tracer, &packet);
+    for (uint32_t i = 0; i < a->count; i++) {
+        if (!(aim.weight[i] > 0))
+            continue;
         s->rays->weight[a->pixels[i]] += aim.weight[i];
-        s->rays->part[a->pixels[i]] += is_lit(s, &a->points, &aim, i) ? aim.weight[i] : 0;
+        s->rays->part[a->pixels[i]] += packet.met[i] ? 0 : aim.weight[i];
     }
     a->count = 0;
 }

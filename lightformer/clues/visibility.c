@@ -18,36 +18,6 @@ struct search {
     const struct lf_interleaved *rays;
 };
 
-// Sets a ray from the VPL to a pixel, whose weight it returns; 0 and no ray if the VPL brings nothing there.
-static float set_ray(const struct search *s, size_t pixel, const struct ng_light_sample *vpl, uint32_t lane,
-                     struct lf_packet *packet)
-{
-    const struct lf_pixel_clues *p = s->pixels;
-    struct lf_shading_point at;
-    struct ng_light_incident in;
-    float position[3], origin[3], scaled[3];
-    lf_pixel_position(p, pixel, scaled);
-    lf_pixel_shading_point(p, pixel, &at);
-    lf_to_world(&p->space, scaled, position);
-    ng_light_incident_at(&s->light->unit, vpl, position, &in);
-    float cosine = lf_dot(at.normal, in.direction), weight = ng_light_mean(in.irradiance) * cosine;
-    if (!(cosine > 0) || !(weight > 0) || !isfinite(weight) || !(lf_dot(at.flat, in.direction) > 0))
-        return 0;
-    // From where the light comes, so that rays have one origin; or, if that is infinitely far, one direction.
-    bool infinite = !isfinite(in.distance);
-    float skin = lf_skin_along(s->light, vpl, in.direction);
-    if (infinite)
-        lf_trace_origin(s->scene->tracer, position, at.flat, in.direction, origin);
-    else
-        lf_mad(vpl->position, in.direction, -skin, origin);
-    for (int c = 0; c < 3; c++) {
-        packet->origin[c][lane] = origin[c];
-        packet->direction[c][lane] = infinite ? in.direction[c] : -in.direction[c];
-    }
-    packet->far[lane] = infinite ? INFINITY : in.distance * LF_SHADOW_RAY_PART - skin;
-    return weight;
-}
-
 static const struct ng_light_sample *vpl_of(const struct search *s, uint32_t sample, uint32_t round)
 {
     return &s->light->vpls.items[(lf_interleave_order[sample] + round * SAMPLES) % s->light->vpl_count];
@@ -88,29 +58,96 @@ static void add_answer(const struct search *s, size_t pixel, float weight, bool 
     s->rays->part[pixel] = (before + (lit ? weight : 0)) / s->rays->weight[pixel];
 }
 
-// The pixels of a tile that sample the same VPL.
-static void trace_sample(const struct search *s, const struct tile *tile, uint32_t sample, uint32_t round)
+// The pixels of a tile that sample the same VPL, by lane; others are nowhere.
+struct questions {
+    size_t pixels[LF_PACKET];
+    bool asks[LF_PACKET];
+    struct lf_shading_points points;
+};
+
+static bool find_questions(const struct search *s, const struct tile *tile, uint32_t sample,
+                           struct questions *out)
 {
-    const struct ng_light_sample *vpl = vpl_of(s, sample, round);
-    struct lf_packet packet = {.passes = s->light->light};
-    float weight[LF_PACKET] = {0};
-    size_t at[LF_PACKET];
+    const struct lf_pixel_clues *p = s->pixels;
     bool any = false;
     for (uint32_t i = 0; i < LF_PACKET; i++) {
         uint32_t x = i % SIDE * LF_INTERLEAVE + sample % LF_INTERLEAVE,
                  y = i / SIDE * LF_INTERLEAVE + sample / LF_INTERLEAVE;
-        if (!tile->asks[y * TILE + x])
-            continue;
-        at[i] = (size_t)(tile->y + y) * s->pixels->width + tile->x + x;
-        weight[i] = set_ray(s, at[i], vpl, i, &packet);
-        any = any || weight[i] > 0;
+        bool asks = out->asks[i] = tile->asks[y * TILE + x];
+        size_t pixel = out->pixels[i] = asks ? (size_t)(tile->y + y) * p->width + tile->x + x : 0;
+        for (int c = 0; c < 3; c++) {
+            out->points.position[c][i] = asks ? p->position[c][pixel] : 0;
+            out->points.normal[c][i] = asks ? p->normal[c][pixel] : 0;
+            out->points.flat[c][i] = asks ? p->flat[c][pixel] : 0;
+        }
+        any = any || asks;
+    }
+    return any;
+}
+
+// As the kernels take it.
+static struct lf_light_sample sample_of(const struct search *s, const struct ng_light_sample *vpl)
+{
+    struct lf_light_sample out = {.density = 0};
+    if (!s->light->unit.type->infinite)
+        lf_to_scene(&s->pixels->space, vpl->position, out.position);
+    memcpy(out.normal, vpl->normal, sizeof out.normal);
+    for (int c = 0; c < 3 && vpl->pdf > 0; c++)
+        out.weight[c] = vpl->radiance[c] / vpl->pdf;
+    return out;
+}
+
+// From where the light comes, so that rays have one origin; or, if that is infinitely far, one direction.
+static void set_ray(const struct search *s, const struct questions *q, const struct ng_light_sample *vpl,
+                    const struct lf_aim *aim, uint32_t lane, struct lf_packet *packet)
+{
+    const struct lf_space *space = &s->pixels->space;
+    bool infinite = s->light->unit.type->infinite;
+    float direction[3], origin[3];
+    for (int c = 0; c < 3; c++)
+        direction[c] = aim->direction[c][lane];
+    float skin = lf_skin_along(s->light, vpl, direction);
+    if (infinite) {
+        float at[3], flat[3], position[3];
+        for (int c = 0; c < 3; c++) {
+            at[c] = q->points.position[c][lane];
+            flat[c] = q->points.flat[c][lane];
+        }
+        lf_to_world(space, at, position);
+        lf_trace_origin(s->scene->tracer, position, flat, direction, origin);
+    } else {
+        lf_mad(vpl->position, direction, -skin, origin);
+    }
+    for (int c = 0; c < 3; c++) {
+        packet->origin[c][lane] = origin[c];
+        packet->direction[c][lane] = infinite ? direction[c] : -direction[c];
+    }
+    packet->far[lane] = infinite ? INFINITY : aim->distance[lane] * space->radius * LF_SHADOW_RAY_PART - skin;
+}
+
+static void trace_sample(const struct search *s, const struct tile *tile, uint32_t sample, uint32_t round)
+{
+    const struct ng_light_sample *vpl = vpl_of(s, sample, round);
+    const struct lf_light_sample source = sample_of(s, vpl);
+    struct questions q;
+    struct lf_aim aim;
+    struct lf_packet packet = {.passes = s->light->light};
+    bool any = false;
+    if (!find_questions(s, tile, sample, &q))
+        return;
+    lf_kernels_of(0)->arrive(&source, s->light->unit.type->infinite, &q.points, &aim);
+    for (uint32_t i = 0; i < LF_PACKET; i++) {
+        q.asks[i] = q.asks[i] && aim.weight[i] > 0 && isfinite(aim.weight[i]); // the VPL brings something
+        if (q.asks[i])
+            set_ray(s, &q, vpl, &aim, i, &packet);
+        any = any || q.asks[i];
     }
     if (!any)
         return;
     lf_trace_packet_occluded(s->scene->tracer, &packet);
     for (uint32_t i = 0; i < LF_PACKET; i++)
-        if (weight[i] > 0)
-            add_answer(s, at[i], weight[i], !packet.met[i]);
+        if (q.asks[i])
+            add_answer(s, q.pixels[i], aim.weight[i], !packet.met[i]);
 }
 
 static void trace_tile(const struct search *s, const struct tile *tile, uint32_t round)

@@ -260,6 +260,105 @@ static struct lf_neighbour_rays random_hits(struct ng_rng *rng)
     return h;
 }
 
+// Planes of a patch that sixteen pixels look at; those that are read besides lie around.
+#define PATCH_WIDTH  (LF_LANES + 2 * LF_INTERLEAVE_HALF)
+#define PATCH_HEIGHT LF_INTERLEAVE_TAPS
+#define PATCH_AT     (LF_INTERLEAVE_HALF * PATCH_WIDTH + LF_INTERLEAVE_HALF)
+struct patch {
+    float planes[11][PATCH_HEIGHT * PATCH_WIDTH];
+};
+
+static struct lf_neighbourhood random_patch(struct ng_rng *rng, struct patch *p)
+{
+    struct lf_neighbourhood n = {.stride = PATCH_WIDTH};
+    const float **planes[] = {&n.position[0], &n.position[1], &n.position[2], &n.normal[0],
+                              &n.normal[1],   &n.normal[2],   &n.mask,        &n.distance,
+                              &n.roughness,   &n.part,        &n.weight};
+    for (size_t i = 0; i < NG_COUNT(planes); i++) {
+        for (int k = 0; k < PATCH_HEIGHT * PATCH_WIDTH; k++)
+            p->planes[i][k] = ng_rng_float(rng);
+        *planes[i] = p->planes[i] + PATCH_AT;
+    }
+    for (int k = 0; k < PATCH_HEIGHT * PATCH_WIDTH; k++) {
+        const float normal[3] = {0.02f * p->planes[3][k], 1, 0.02f * p->planes[5][k]};
+        float length = sqrtf(normal[0] * normal[0] + 1 + normal[2] * normal[2]);
+        for (int c = 0; c < 3; c++)
+            p->planes[3 + c][k] = normal[c] / length;
+        p->planes[1][k] *= 0.01f;
+        p->planes[6][k] = p->planes[6][k] < 0.9f;
+        p->planes[10][k] = p->planes[10][k] < 0.3f ? 0 : p->planes[10][k];
+    }
+    return n;
+}
+
+// What a pixel of a patch takes of another, in double precision.
+static double patch_weight(const struct lf_neighbourhood *n, int to, int other, bool specular)
+{
+    double height = 0, cosine = 0, chord = 0, roughness = n->roughness[to], alpha = roughness * roughness;
+    for (int c = 0; c < 3; c++) {
+        double a = n->normal[c][to], b = n->normal[c][other];
+        height += ((double)n->position[c][other] - n->position[c][to]) * a;
+        cosine += a * b;
+        chord += (a - b) * (a - b);
+    }
+    height /= 0.01 * n->distance[to];
+    alpha = alpha > 1e-3 ? alpha : 1e-3;
+    double spread = 1 + chord * (1 - chord / 4) / ((1 - chord / 2) * (1 - chord / 2) * alpha * alpha);
+    double overlap = alpha < 0.1 && spread > 1.0005 ? 0 : 1 / (spread * spread);
+    return (double)n->weight[other] * n->mask[other] * pow(cosine, 8) / (1 + pow(height, 4)) *
+           (specular ? overlap : 1);
+}
+
+static void neighbours_count_as_far_as_they_are_alike(void **state)
+{
+    static const double window[LF_INTERLEAVE_TAPS] = {0.5, 1, 1, 1, 0.5};
+    NG_UNUSED(state);
+    struct ng_rng rng = ng_rng_make(2, 1);
+    struct patch patch;
+    for (int round = 0; round < 20; round++) {
+        const struct lf_neighbourhood n = random_patch(&rng, &patch);
+        float mean[LF_LANES];
+        bool specular = round % 2;
+        lf_kernels_of(0)->average(&n, specular, mean);
+        for (int i = 0; i < LF_LANES; i++) {
+            double sum = 0, weights = 0;
+            for (int k = 0; k < LF_INTERLEAVE_TAPS * LF_INTERLEAVE_TAPS; k++) {
+                int x = k % LF_INTERLEAVE_TAPS, y = k / LF_INTERLEAVE_TAPS;
+                int other = (y - LF_INTERLEAVE_HALF) * PATCH_WIDTH + x - LF_INTERLEAVE_HALF + i;
+                double weight = window[x] * window[y] * patch_weight(&n, i, other, specular);
+                weights += weight;
+                sum += weight * n.part[other];
+            }
+            assert_float_equal(mean[i], weights > 0 ? (float)(sum / weights) : n.part[i], 2e-4);
+        }
+    }
+}
+
+// Of a lamp of radiance and area 3 two metres above, and of a sun of 5 W/m2 from the side.
+static void light_arrives_by_cosines_and_distance(void **state)
+{
+    NG_UNUSED(state);
+    struct lf_shading_points p = {.normal = {[1] = {0}}};
+    for (int i = 0; i < LF_LANES; i++) {
+        p.position[0][i] = 0.25f * (float)i;
+        p.normal[1][i] = p.flat[1][i] = i == 3 ? -1 : 1; // that one lies on its face
+    }
+    const struct lf_light_sample lamp = {.position = {0, 2, 0}, .normal = {0, -1, 0}, .weight = {3, 3, 3}};
+    const struct lf_light_sample slanted = {.normal = {0.8f, -0.6f, 0}, .weight = {3, 5, 7}};
+    struct lf_aim aim;
+    lf_kernels_of(0)->arrive(&lamp, false, &p, &aim);
+    for (int i = 0; i < LF_LANES; i++) {
+        float x = p.position[0][i], square = x * x + 4;
+        assert_float_equal(aim.distance[i], sqrtf(square), 1e-5);
+        assert_float_equal(aim.direction[0][i], -x / sqrtf(square), 1e-6);
+        assert_float_equal(aim.weight[i], i == 3 ? 0 : 3 * 4 / (square * square), 1e-5);
+    }
+    lf_kernels_of(0)->arrive(&slanted, true, &p, &aim);
+    assert_float_equal(aim.direction[1][5], 0.6f, 1e-6);
+    assert_float_equal(aim.weight[5], 5 * 0.6f, 1e-5);
+    assert_float_equal(aim.weight[3], 0, 0);
+}
+
 // To the last bit, on whatever CPU this is.
 static void instruction_sets_agree(void **state)
 {
@@ -291,6 +390,12 @@ static void instruction_sets_agree(void **state)
             {0, 1, 0}, {0, 1, 0}, {0.6f, 0.8f, 0}, 0.05f + 0.9f * ng_rng_float(&rng)};
         float rays_first[LF_NEIGHBOUR_LANES], rays[LF_NEIGHBOUR_LANES];
         lf_kernels_of(0)->reflect(&lobe, 0.02f, &hits, rays_first);
+        struct lf_aim arrive_first, arrive;
+        lf_kernels_of(0)->arrive(&shape.samples[0], round % 2, &points, &arrive_first);
+        struct patch patch;
+        const struct lf_neighbourhood pixels = random_patch(&rng, &patch);
+        float mean_first[LF_LANES], mean[LF_LANES];
+        lf_kernels_of(0)->average(&pixels, round % 2, mean_first);
         for (int i = 0; i < LF_NEIGHBOUR_LANES; i++)
             assert_true(rays_first[i] >= 0 && isfinite(rays_first[i]) &&
                         (hits.to[1][i] > 0 || rays_first[i] == 0));
@@ -306,6 +411,10 @@ static void instruction_sets_agree(void **state)
             assert_memory_equal(rays_first, rays, sizeof rays);
             lf_kernels_of(k)->aim(&shape, &points, u, &aim);
             assert_memory_equal(&aim_first, &aim, sizeof aim);
+            lf_kernels_of(k)->arrive(&shape.samples[0], round % 2, &points, &arrive);
+            assert_memory_equal(&arrive_first, &arrive, sizeof arrive);
+            lf_kernels_of(k)->average(&pixels, round % 2, mean);
+            assert_memory_equal(mean_first, mean, sizeof mean);
         }
     }
     uint32_t sets = 0;
@@ -330,6 +439,8 @@ int main(void)
         cmocka_unit_test(emissive_meshes_too),
         cmocka_unit_test(near_lamps_light_like_far_ones),
         cmocka_unit_test(sixteen_directions_are_the_spirals),
+        cmocka_unit_test(light_arrives_by_cosines_and_distance),
+        cmocka_unit_test(neighbours_count_as_far_as_they_are_alike),
         cmocka_unit_test(instruction_sets_agree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
