@@ -45,6 +45,7 @@ void main()
     surface s = surface_load(materials[instance.material], instance);
     vec3 position = position_from_depth();
     vec3 flat_normal = surface_settle(s, position, to_eye(position));
+    surface_lift(s, flat_normal, normalize(to_eye(position)));
     vec2 o = octahedral(flat_normal);
     out_position = vec4(position, s.unlit ? -1 : 1);
     out_normal = vec4(s.normal, s.roughness);

@@ -108,3 +108,13 @@ vec3 surface_settle(inout surface s, vec3 position, vec3 to_eye)
         s.normal = flat_normal;
     return flat_normal;
 }
+
+// As whoever looks from the direction `v`, unit, sees its reflections (ng_brdf_lift).
+void surface_lift(inout surface s, vec3 flat_normal, vec3 v)
+{
+    float albedo = max(max(s.diffuse.r, s.diffuse.g), s.diffuse.b), f0 = max(max(s.f0.r, s.f0.g), s.f0.b);
+    float lift = ng_brdf_lift(dot(s.normal, flat_normal), dot(v, flat_normal), dot(s.normal, v),
+                              ng_brdf_specular_part(albedo, f0));
+    if (lift > 0)
+        s.normal = normalize(s.normal + flat_normal * lift);
+}

@@ -45,7 +45,7 @@ void lf_secondary_cast(const struct lf_clues_scene *scene, const struct lf_space
     hit->met = lf_trace_closest(scene->tracer, &ray, LF_RAY_PAST_LAMPS, &met);
     if (!hit->met)
         return;
-    lf_surface_at(scene->tracer, &met, &surface);
+    lf_surface_seen_at(scene->tracer, &met, ray.direction, &surface);
     hit->distance = met.distance / space->radius;
     set_surface(space, &surface, roughness, hit);
 }

@@ -263,7 +263,7 @@ static bool look_around(struct walk *walk, uint32_t ray, struct lf_surface *next
     carry(w, lane, look.seen, walk->bounce ? radiance->indirect : radiance->direct);
     if (!met || (!w->survives[lane] && !lf_surface_may_shine(tracer, hit)))
         return false;
-    lf_surface_at(tracer, hit, next);
+    lf_surface_seen_at(tracer, hit, look.direction, next);
     if (!next->unlit)
         carry(w, lane, next->emission, radiance->indirect);
     return w->survives[lane] && !lf_surface_is_black(next);
@@ -330,7 +330,7 @@ void lf_path_begin(const struct lf_path_scene *scene, const struct lf_ray *ray, 
     scene->stats->path_rays++;
     out->met = lf_trace_pixel(scene->tracer, ray, LF_RAY_CAMERA, pixel, &out->hit);
     if (out->met) {
-        lf_surface_at(scene->tracer, &out->hit, &out->surface);
+        lf_surface_seen_at(scene->tracer, &out->hit, ray->direction, &out->surface);
         memcpy(out->emission, out->surface.emission, sizeof out->emission);
         lf_trace_coinciding(scene->tracer, ray, &out->hit, see_emitter, &sight);
     } else if (snapshot->environment != NG_NONE) {

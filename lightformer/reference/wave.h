@@ -3,7 +3,8 @@
 // surfaces, emitters) in between.
 //
 // Light passes only between directions above both the shading and the geometric normal. Where the shading
-// normal turns away from the viewer, the viewer counts as grazing (cosine 1e-4), as in the raster method.
+// normal still turns away from the viewer (surface.h), the viewer counts as grazing (cosine 1e-4), as in the
+// raster method.
 #ifndef LF_REFERENCE_WAVE_H
 #define LF_REFERENCE_WAVE_H
 

@@ -275,3 +275,16 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
     if (in->light != NG_NONE || lf_surface_is_backless(out))
         out->emission[0] = out->emission[1] = out->emission[2] = 0;
 }
+
+void lf_surface_seen_at(const struct lf_tracer *tracer, const struct lf_hit *hit, const float direction[3],
+                        struct lf_surface *out)
+{
+    lf_surface_at(tracer, hit, out);
+    const float *n = out->normal, *flat = out->flat_normal;
+    float lift = ng_brdf_lift(lf_dot(n, flat), -lf_dot(direction, flat), -lf_dot(direction, n),
+                              ng_brdf_specular_part(lf_max3(out->albedo), lf_max3(out->f0)));
+    if (!(lift > 0))
+        return;
+    lf_mad(n, flat, lift, out->normal);
+    lf_normalize(out->normal);
+}

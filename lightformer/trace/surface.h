@@ -22,6 +22,9 @@ struct lf_surface {
 };
 
 void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out);
+// The same as whoever looks along `direction` sees it: reflections lead out of the surface (ng_brdf_lift).
+void lf_surface_seen_at(const struct lf_tracer *tracer, const struct lf_hit *hit, const float direction[3],
+                        struct lf_surface *out);
 // False if the surface there is no light's emitter and shows no radiance of its own, so that whoever only
 // wants to know that need not ask for all of it.
 bool lf_surface_may_shine(const struct lf_tracer *tracer, const struct lf_hit *hit);

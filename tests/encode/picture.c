@@ -56,7 +56,7 @@ static void draw(struct picture *p, const struct scene *s)
         camera_ray(&s->snapshot->camera, x, y, (float)p->width / (float)p->height, &ray);
         if (!lf_trace_closest(s->tracer, &ray, LF_RAY_CAMERA, &hit))
             continue;
-        lf_surface_at(s->tracer, &hit, &at);
+        lf_surface_seen_at(s->tracer, &hit, ray.direction, &at);
         memcpy(p->position + 4 * i, at.position, sizeof at.position);
         p->position[4 * i + 3] = 1;
         octahedral(at.flat_normal, flat);

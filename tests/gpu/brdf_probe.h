@@ -6,7 +6,7 @@ struct brdf_probe_in {
     float u1, u2, nv, roughness, f0, albedo;
 };
 struct brdf_probe_out {
-    float hx, hy, hz, lx, ly, lz, cosine_x, cosine_z, f, pdf, specular_albedo, g1;
+    float hx, hy, hz, lx, ly, lz, cosine_x, cosine_z, f, pdf, specular_albedo, g1, lift;
 };
 
 NG_SHADER_FN NG_STRUCT(brdf_probe_out) brdf_probe(NG_STRUCT(brdf_probe_in) x)
@@ -31,5 +31,6 @@ NG_SHADER_FN NG_STRUCT(brdf_probe_out) brdf_probe(NG_STRUCT(brdf_probe_in) x)
     o.pdf = ng_brdf_sample_pdf(v.z, h.z, x.roughness);
     o.specular_albedo = ng_brdf_specular_albedo(x.nv, x.f0, x.roughness);
     o.g1 = ng_brdf_g1(x.nv, ng_brdf_alpha(x.roughness));
+    o.lift = ng_brdf_lift(x.u1, x.nv, x.u2, x.f0);
     return o;
 }

@@ -198,7 +198,7 @@ static void test_layers_equal_the_rasterizers(void **state)
         compare(path, scenes[i].side, NULL);
     }
     // The same texels, and of what blends the same surface, in each pixel.
-    static const char *const looks[] = {"magnified", "filter_nearest", "blend_30", "unlit"};
+    static const char *const looks[] = {"magnified", "filter_nearest", "blend_30", "unlit", "metal"};
     for (size_t i = 0; i < NG_COUNT(looks); i++) {
         char path[128];
         snprintf(path, sizeof path, "tests/files/materials/%s.gltf", looks[i]);

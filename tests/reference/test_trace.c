@@ -9,6 +9,7 @@
 #include "components/name.h"
 #include "components/transform.h"
 #include "lightformer/trace/texture.h"
+#include "lightformer/trace/vec.h"
 #include "scene/world.h"
 
 #include <math.h>
@@ -179,6 +180,118 @@ static void test_mirrored_placements_mirror_normal_maps(void **state)
     NEAR(after[0], -before[0], 1e-4);
     NEAR(after[1], before[1], 1e-4);
     NEAR(after[2], before[2], 1e-4);
+    scene_close(&s);
+}
+
+// Which of the rays that look at metal from all around see it reflect into itself: `plain` with the normals
+// that it has, `seen` with those that it shows.
+struct mirrors {
+    int met, plain, seen, turned;
+};
+
+static bool leads_out(const struct lf_surface *s, const float direction[3])
+{
+    float mirrored[3];
+    lf_mad(direction, s->normal, -2 * lf_dot(direction, s->normal), mirrored);
+    return lf_dot(mirrored, s->flat_normal) > 0 && lf_dot(direction, s->normal) < 0;
+}
+
+static void look_at_metal(const struct scene *s, const struct lf_ray *ray, struct mirrors *count)
+{
+    struct lf_hit hit;
+    struct lf_surface plain, seen;
+    if (!lf_trace_closest(s->tracer, ray, LF_RAY_ALL, &hit))
+        return;
+    lf_surface_at(s->tracer, &hit, &plain);
+    lf_surface_seen_at(s->tracer, &hit, ray->direction, &seen);
+    bool fine = leads_out(&plain, ray->direction);
+    count->met++;
+    count->plain += !fine;
+    count->seen += !leads_out(&seen, ray->direction);
+    NEAR(lf_dot(seen.normal, seen.normal), 1, 1e-5);
+    // Nothing happens where nothing is wrong, but for reflections that just lead out.
+    float turn = lf_dot(plain.normal, seen.normal);
+    count->turned += fine && turn < 0.999f;
+}
+
+static struct mirrors look_at_all_metal(const struct scene *s)
+{
+    struct mirrors count = {0};
+    struct ng_rng rng = ng_rng_make(9, 1);
+    for (int i = 0; i < 20000; i++) {
+        float from[3], to[3];
+        for (int c = 0; c < 3; c++) {
+            from[c] = ng_rng_range(&rng, -4, 4);
+            to[c] = ng_rng_range(&rng, -2, 2);
+        }
+        struct lf_ray ray =
+            make_ray(from[0], from[1], from[2], to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+        lf_normalize(ray.direction);
+        look_at_metal(s, &ray, &count);
+    }
+    return count;
+}
+
+static void check_metal(struct scene *s)
+{
+    scene_frame(s, 0);
+    struct mirrors count = look_at_all_metal(s);
+    assert_true(count.met > 5000);
+    assert_true(count.plain > count.met / 50);
+    assert_int_equal(count.seen, 0);
+    assert_int_equal(count.turned, 0);
+}
+
+// Bumps, and vertex normals of few triangles; from the front and from behind, and in a mirror.
+static void test_metal_never_reflects_into_itself(void **state)
+{
+    (void)state;
+    struct scene s;
+    scene_load(&s, 1, "tests/files/materials/metal.gltf");
+    check_metal(&s);
+    const struct ng_snapshot *snapshot = s.snapshot;
+    for (uint32_t i = 0; i < snapshot->material_count; i++) {
+        struct ng_material *m = ng_world_edit(s.world, snapshot->materials[i].entity, NG_MATERIAL);
+        if (m)
+            m->double_sided = true;
+    }
+    check_metal(&s);
+    for (uint32_t i = 0; i < snapshot->instance_count; i++)
+        ((struct ng_transform *)ng_world_edit(s.world, snapshot->instances[i].entity, NG_TRANSFORM))
+            ->scale[0] = -1;
+    check_metal(&s);
+    for (uint32_t i = 0; i < snapshot->material_count; i++) {
+        struct ng_material *m = ng_world_edit(s.world, snapshot->materials[i].entity, NG_MATERIAL);
+        if (m) // smooth normals alone
+            m->normal_scale = 0;
+    }
+    scene_frame(&s, 0);
+    struct mirrors count = look_at_all_metal(&s);
+    assert_true(count.plain > 20);
+    assert_int_equal(count.seen, 0);
+    scene_close(&s);
+}
+
+// Bumps of matt surfaces stay: their light needs no reflections.
+static void test_matt_surfaces_keep_their_normals(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct lf_hit hit;
+    struct lf_surface plain, seen;
+    scene_open(&s, 1);
+    add_floor(&s, scene_material(&s, (const float[3]){0.8f, 0.8f, 0.8f}, 0, 1));
+    scene_frame(&s, 0);
+    const struct ng_snapshot_mesh *mesh = &s.snapshot->meshes[s.snapshot->instances[0].mesh];
+    const float tilted[3] = {sinf(1), 0, cosf(1)};
+    for (uint32_t k = 0; k < mesh->vertex_count; k++)
+        memcpy((float *)mesh->normals + k * 3, tilted, sizeof tilted);
+    const struct lf_ray ray = make_ray(-0.3f, -0.5f, 1, 0.5f, 0, -0.9f);
+    assert_true(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit));
+    lf_surface_at(s.tracer, &hit, &plain);
+    lf_surface_seen_at(s.tracer, &hit, ray.direction, &seen);
+    assert_false(leads_out(&plain, ray.direction));
+    assert_true(lf_dot(plain.normal, seen.normal) > 0.998f);
     scene_close(&s);
 }
 
@@ -681,6 +794,8 @@ int main(void)
         cmocka_unit_test(test_mirrored_placements_keep_their_front),
         cmocka_unit_test(test_triangles_overrule_normals_that_contradict_them),
         cmocka_unit_test(test_mirrored_placements_mirror_normal_maps),
+        cmocka_unit_test(test_metal_never_reflects_into_itself),
+        cmocka_unit_test(test_matt_surfaces_keep_their_normals),
         cmocka_unit_test(test_alpha_masks_let_rays_through),
         cmocka_unit_test(test_blended_surfaces_stop_their_part),
         cmocka_unit_test(test_lights_have_exact_shapes),

@@ -178,6 +178,52 @@ static void test_specular_albedo_fit(void **state)
     assert_true(sqrt(square / count) < 0.02);
 }
 
+static struct ng_local_direction random_direction(struct ng_rng *rng)
+{
+    float z = ng_rng_range(rng, -1, 1), phi = ng_rng_range(rng, 0, 6.2831853f), s = sqrtf(1 - z * z);
+    return (struct ng_local_direction){s * cosf(phi), s * sinf(phi), z};
+}
+
+// The geometric normal is (0, 0, 1).
+static struct ng_local_direction lifted(struct ng_local_direction n, float lift)
+{
+    float z = n.z + lift, length = sqrtf(n.x * n.x + n.y * n.y + z * z);
+    return (struct ng_local_direction){n.x / length, n.y / length, z / length};
+}
+
+// A mirror's reflection leads out, just so where it would not; all other normals stay.
+static void test_lifted_normals_reflect_outwards(void **state)
+{
+    (void)state;
+    struct ng_rng rng = ng_rng_make(5, 1);
+    int count = 0;
+    for (int i = 0; i < 100000; i++) {
+        struct ng_local_direction n = random_direction(&rng), v = random_direction(&rng);
+        v.z = fabsf(v.z);
+        float height = 2 * dot(n, v) * n.z - v.z, lift = ng_brdf_lift(n.z, v.z, dot(n, v), 1);
+        float least = fminf(0.9f * v.z, NG_LEAST_MIRROR);
+        assert_true(isfinite(lift));
+        assert_true(ng_brdf_lift(n.z, v.z, dot(n, v), 0) == 0);
+        if (height >= least) {
+            assert_true(lift == 0);
+            continue;
+        }
+        struct ng_local_direction to = lifted(n, lift),
+                                  half = lifted(n, ng_brdf_lift(n.z, v.z, dot(n, v), 0.5f));
+        count++;
+        assert_true(dot(to, v) > 0);
+        if (v.z > 1e-3f && n.z > -0.999f)
+            assert_true(fabsf(2 * dot(to, v) * to.z - v.z - least) < 1e-4f);
+        if (n.z > -0.9f) // half way
+            assert_true(fabsf(dot(half, n) - dot(half, to)) < 1e-3f);
+    }
+    assert_true(count > 20000);
+    // From the edge, and where both normals are one, or opposite.
+    for (float vg = -1e-3f; vg < 1; vg += 0.1f)
+        for (float ng = -1; ng <= 1; ng += 1)
+            assert_true(isfinite(ng_brdf_lift(ng, vg, ng * vg, 1)));
+}
+
 static void test_extremes_are_finite(void **state)
 {
     (void)state;
@@ -201,6 +247,7 @@ int main(void)
         cmocka_unit_test(test_sampling_density),
         cmocka_unit_test(test_white_furnace),
         cmocka_unit_test(test_specular_albedo_fit),
+        cmocka_unit_test(test_lifted_normals_reflect_outwards),
         cmocka_unit_test(test_extremes_are_finite),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -19,6 +19,7 @@
 // mesh rounds an edge. There the triangle is right: all light that such a shading normal asks for is behind
 // it.
 #define NG_NORMAL_CONTRADICTION 0.1f
+#define NG_LEAST_MIRROR         0.01f // cosine between a reflected ray and the geometric normal
 
 NG_SHADER_FN float ng_brdf_alpha(float roughness)
 {
@@ -115,6 +116,33 @@ NG_SHADER_FN float ng_brdf_specular_albedo(float nv, float f0, float roughness)
     float grazing =
         m5 * (1.2515f - r * (2.5516f - r * 1.3459f)) + m20 * (-0.2446f + r * (0.1984f + r * 0.0909f));
     return ng_clamp(f0 * total + (1.0f - f0) * grazing, 0.0f, 1.0f);
+}
+
+// How much of the geometric normal g to add to the shading normal n, so that a mirror seen from v shows what
+// is around it. Normal maps and vertex normals at silhouettes may turn n so far that the reflected ray leads
+// into the surface: all that the lobe asks for is behind it then, and a metal would be black. So n turns
+// towards g until that ray leads out, as Cycles has it ("ensure valid specular reflection"); where it does
+// already, this is 0. Cosines: of n and g, of v and g (positive), of n and v. Normalize the sum.
+//
+// In the plane of n and g, with g upwards and n to the right, the viewer is at (vx, vg). The reflected ray,
+// as long there, shall be at height `least`; half way between both is n. Diffuse light needs none of this:
+// `specular` is the specular part's share of what the surface reflects.
+NG_SHADER_FN float ng_brdf_lift(float ng, float vg, float nv, float specular)
+{
+    float up = ng_max(vg, 1e-6f),
+          least = ng_min(0.9f * up, NG_LEAST_MIRROR); // steeper than v itself it need not be
+    float sine = ng_sqrt(ng_max((1.0f - ng) * (1.0f + ng), 1e-12f));
+    float vx = (nv - ng * up) / sine, rest = (up - least) * (up + least);
+    float root = ng_sqrt(vx * vx + rest);
+    float x = vx < 0.0f ? rest / (root - vx) : vx + root;
+    float lift = (up + least) * sine / x - ng;
+    float part = specular / ng_sqrt(ng_max(1.0f + lift * (2.0f * ng + lift), 1e-12f));
+    return 2.0f * nv * ng - up < least ? lift * part / (1.0f - specular + part) : 0.0f;
+}
+// The largest channels of the surface's diffuse albedo and F0 make that share.
+NG_SHADER_FN float ng_brdf_specular_part(float albedo, float f0)
+{
+    return f0 / ng_max(albedo + f0, 1e-6f);
 }
 
 // A unit vector in the frame of the surface, z along its normal.
