@@ -31,8 +31,7 @@ static ng_result check_version(const char *path, const struct gltf_value *root)
     return NG_ERROR_UNSUPPORTED;
 }
 
-// Extensions of the standard that this loader follows, or may ignore since others only refine them.
-static bool is_known(const char *extension)
+bool ng_gltf_knows_extension(const char *extension)
 {
     static const char *const known[] = {"EXT_mesh_gpu_instancing", "EXT_meshopt_compression",
                                         "EXT_texture_webp",        "KHR_draco_mesh_compression",
@@ -54,7 +53,8 @@ static ng_result check_required(const char *path, const struct gltf_value *root)
     for (uint32_t i = 0; required && i < required->count; i++) {
         const struct gltf_value *name = &required->items[i];
         size_t n = strlen(names);
-        if (name->kind == GLTF_STRING && !is_known(name->string) && !strstr(names, name->string))
+        if (name->kind == GLTF_STRING && !ng_gltf_knows_extension(name->string) &&
+            !strstr(names, name->string))
             snprintf(names + n, sizeof names - n, "%s\"%.100s\"", n ? ", " : "", name->string);
     }
     if (!names[0])
@@ -77,7 +77,7 @@ static void note_ignored(struct ignored *ignored, const char *name)
     uint32_t i = 0;
     while (i < ignored->count && strcmp(ignored->items[i].name, name) != 0)
         i++;
-    if (is_known(name) || i == NG_COUNT(ignored->items))
+    if (ng_gltf_knows_extension(name) || i == NG_COUNT(ignored->items))
         return;
     ignored->count += i == ignored->count;
     ignored->items[i].name = name;

@@ -245,6 +245,9 @@ struct gltf_document {
 // a strict load too, so that the caller can look for a better reason first.
 NG_NODISCARD ng_result ng_gltf_json(struct gltf_faults *faults, const char *text, size_t size,
                                     struct ng_arena *arena, const struct gltf_value **root);
+// A copy, from malloc, in which what JSON does not have is put right: NaN and Infinity are null, bytes that
+// are no UTF-8 are characters of Latin-1. A zero byte follows. Null when out of memory.
+char *ng_gltf_plain_json(const char *text, size_t size, size_t *out_size);
 // Null if `object` (may be null, or none) has no such member.
 const struct gltf_value *ng_gltf_member(const struct gltf_value *object, const char *key);
 // Members of a type; `missing` if there is none.
@@ -308,6 +311,8 @@ NG_NODISCARD ng_result ng_gltf_tables(const char *path, uint64_t limit, struct g
 NG_NODISCARD ng_result ng_gltf_parse(const char *path, const struct ng_gltf_params *params,
                                      struct gltf_faults *faults, struct gltf_document **out);
 void ng_gltf_document_destroy(struct gltf_document **doc);
+// Extensions that are followed, or may be ignored since others only refine them.
+bool ng_gltf_knows_extension(const char *name);
 
 // The parts of a file: its JSON, and the bytes of the first buffer of a GLB (null: it has none).
 struct gltf_container {

@@ -5,6 +5,7 @@
 // kind costs that property.
 #include "asset/gltf_internal.h"
 #include "base/log.h"
+#include "base/printable.h"
 
 #include <algorithm>
 #include <cctype>
@@ -294,7 +295,7 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
             return true;
         rule = levels.back().rule ? levels.back().rule->find(name) : nullptr;
         path += levels.size() > 1 ? "." + shortened(name) : shortened(name);
-        next_key = copy(name);
+        next_key = copy_key(name);
         return true;
     }
     bool parse_error(std::size_t position, const std::string &, const nlohmann::detail::exception &e) override
@@ -332,7 +333,14 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
     {
         return ++values <= max_values || fail("JSON of more than " + std::to_string(max_values) + " values");
     }
-    // The text of a key up to a zero: the table knows no name with one.
+    // A name with a zero is none that anybody knows: there it ends as no other name does.
+    const char *copy_key(std::string &name)
+    {
+        size_t zero = name.find('\0');
+        if (zero != std::string::npos)
+            name.replace(zero, std::string::npos, "\\u0000");
+        return copy(name);
+    }
     const char *copy(const std::string &text)
     {
         const char *copied = ng_arena_string(arena, text.c_str());
@@ -448,35 +456,100 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
     }
 };
 
-// Where a string, or another run of characters of one value, ends.
-size_t token_end(const char *text, size_t begin, size_t size)
+// ---- what is no JSON -------------------------------------------------------------------------------------
+// A text with what JSON does not have put right: some writers put NaN and Infinity where it has null, names
+// in Latin-1, paths with single backslashes, and halves of characters. A zero byte follows the text.
+class Repair
 {
-    size_t end = begin + 1;
-    if (text[begin] != '"') {
-        while (end < size && (std::isalnum((unsigned char)text[end]) || std::strchr("+-.", text[end])) &&
-               text[end])
-            end++;
-        return end;
-    }
-    while (end < size && text[end] != '"')
-        end += text[end] == '\\' ? 2 : 1;
-    return std::min(end + 1, size);
-}
-
-// NaN, Infinity and numbers beyond all doubles, which some writers put where JSON has none, as null.
-std::string without_wrong_numbers(const char *text, size_t size)
-{
+  public:
     std::string out;
-    for (size_t begin = 0, end; begin < size; begin = end) {
-        bool number = std::isalnum((unsigned char)text[begin]) || text[begin] == '-';
-        end = number || text[begin] == '"' ? token_end(text, begin, size) : begin + 1;
-        std::string token(text + begin, end - begin);
-        bool wrong = token == "NaN" || token == "Infinity" || token == "-Infinity" || token == "-NaN" ||
-                     (number && std::isinf(std::strtod(token.c_str(), nullptr)));
-        out += wrong ? "null" : token;
+    size_t characters = 0; // that were wrong
+
+    Repair(const char *begin, const char *end_, bool exact_) : at(begin), end(end_), exact(exact_)
+    {
+        out.reserve((size_t)(end - begin));
+        while (at < end)
+            if (*at == '"')
+                put_string();
+            else if (std::isalnum((unsigned char)*at) || *at == '-')
+                put_word();
+            else
+                out += *at++;
     }
-    return out;
-}
+
+  private:
+    const char *at, *const end;
+    const bool exact; // numbers beyond all doubles and halves of characters stay, which JSON has
+
+    void put_word()
+    {
+        const char *begin = at++;
+        while (at < end && *at && (std::isalnum((unsigned char)*at) || std::strchr("+-.", *at)))
+            at++;
+        const std::string word(begin, at);
+        bool none = word == "NaN" || word == "Infinity" || word == "-Infinity" || word == "-NaN";
+        bool number = std::isdigit((unsigned char)word.back()) && !std::isalpha((unsigned char)word[0]);
+        out += none || (number && !exact && std::isinf(std::strtod(word.c_str(), nullptr))) ? "null" : word;
+    }
+    void put_string()
+    {
+        out += *at++;
+        while (at < end && *at != '"')
+            if (*at == '\\')
+                put_escape();
+            else
+                put_character();
+        if (at < end)
+            out += *at++;
+    }
+    // Those of UTF-8 as they are, other bytes as Latin-1. Control characters are escaped.
+    void put_character()
+    {
+        const char *begin = at;
+        uint32_t c = ng_next_character(&at);
+        if (c != NG_NO_CHARACTER && c >= ' ') {
+            out.append(begin, at);
+            return;
+        }
+        characters++;
+        char escaped[8];
+        std::snprintf(escaped, sizeof escaped, "\\u%04x", (unsigned)(unsigned char)*begin);
+        out += escaped;
+    }
+    // The number of \uXXXX; NG_NO_CHARACTER: there is none here.
+    uint32_t escaped_unit(const char *p) const
+    {
+        if (end - p < 6 || p[0] != '\\' || p[1] != 'u')
+            return NG_NO_CHARACTER;
+        uint32_t unit = 0;
+        for (int i = 2; i < 6; i++) {
+            if (!std::isxdigit((unsigned char)p[i]))
+                return NG_NO_CHARACTER;
+            unit = unit * 16 +
+                   (uint32_t)(std::isdigit((unsigned char)p[i]) ? p[i] - '0' : (p[i] | 32) - 'a' + 10);
+        }
+        return unit;
+    }
+    // Halves of characters stand for none; a backslash that begins no escape stands for itself.
+    void put_escape()
+    {
+        uint32_t unit = escaped_unit(at);
+        uint32_t second = unit == NG_NO_CHARACTER ? unit : escaped_unit(at + 6);
+        bool high = unit >= 0xd800 && unit < 0xdc00, low = unit >= 0xdc00 && unit < 0xe000;
+        size_t size = unit == NG_NO_CHARACTER ? 2 : high && second >= 0xdc00 && second < 0xe000 ? 12 : 6;
+        if (size == 2 && (end - at < 2 || !at[1] || !std::strchr("\"\\/bfnrt", at[1]))) {
+            out += "\\\\";
+            size = 1;
+            characters++;
+        } else if (size == 6 && (high || low) && !exact) {
+            out += "\\ufffd";
+            characters++;
+        } else {
+            out.append(at, size);
+        }
+        at += size;
+    }
+};
 
 bool scan_text(Scan *scan, const char *text, size_t size)
 {
@@ -488,10 +561,15 @@ ng_result parse(gltf_faults *faults, const char *text, size_t size, ng_arena *ar
     Scan scan(faults, arena), again(faults, arena);
     bool ok = scan_text(&scan, text, size);
     if (!ok && scan.malformed && !faults->strict) {
-        const std::string repaired = without_wrong_numbers(text, size);
+        const Repair repair(text, text + size, false);
         ng_gltf_faults_finish(faults); // they are met again
-        ok = repaired.size() != size && scan_text(&again, repaired.data(), repaired.size());
+        ok = repair.out.compare(0, std::string::npos, text, size) != 0 &&
+             scan_text(&again, repair.out.data(), repair.out.size());
         scan.done = ok ? again.done : scan.done;
+        if (ok && repair.characters &&
+            ng_gltf_fault(faults, "they are replaced", "its JSON has %zu characters that JSON does not have",
+                          repair.characters) != NG_OK)
+            throw std::bad_alloc();
     }
     if (!ok) {
         ng_log_error("%s: %s", faults->path, scan.error.c_str());
@@ -519,6 +597,19 @@ ng_result ng_gltf_json(gltf_faults *faults, const char *text, size_t size, ng_ar
         return parse(faults, text, size, arena, root);
     } catch (const std::exception &) {
         return ng_out_of_memory(faults->path);
+    }
+}
+
+char *ng_gltf_plain_json(const char *text, size_t size, size_t *out_size)
+{
+    try {
+        const Repair repair(text, text + size, true);
+        *out_size = repair.out.size();
+        char *copy = static_cast<char *>(std::malloc(repair.out.size() + 1));
+        return copy ? static_cast<char *>(std::memcpy(copy, repair.out.c_str(), repair.out.size() + 1))
+                    : nullptr;
+    } catch (const std::exception &) {
+        return nullptr;
     }
 }
 

@@ -103,8 +103,8 @@ static bool keep_values(struct ng_gltf_origin *o, const struct ng_world *world, 
     return true;
 }
 
-// Once, so that arrays do not grow: of many entities that would take as much again.
-static bool reserve_entities(const struct gltf_loader *l, struct ng_gltf_origin *o)
+// At once, so that arrays do not grow, which of many entities takes as much again.
+static ng_result reserve_entities(const struct gltf_loader *l, struct ng_gltf_origin *o)
 {
     size_t count = 0, size = 0;
     for (ng_entity e = l->out.root; !ng_entity_is_null(e);
@@ -113,7 +113,15 @@ static bool reserve_entities(const struct gltf_loader *l, struct ng_gltf_origin 
             if (!(ng_world_component(l->world, c)->flags & NG_COMPONENT_DERIVED) &&
                 ng_world_has(l->world, e, c))
                 size += padded(ng_world_component(l->world, c)->size);
-    return ng_array_reserve(&o->entities, count) && ng_array_reserve(&o->values, size);
+    const uint64_t most = ((uint64_t)64 << 20) + 16 * l->doc->bytes;
+    if (size + count * sizeof *o->entities.items > most) {
+        ng_log_error("%s: %zu entities in a file of %llu bytes are more than can be kept for saving", l->path,
+                     count, (unsigned long long)l->doc->bytes);
+        return NG_ERROR_MEMORY;
+    }
+    return ng_array_reserve(&o->entities, count) && ng_array_reserve(&o->values, size)
+               ? NG_OK
+               : ng_out_of_memory(l->path);
 }
 
 static void set_role(struct ng_gltf_origin *o, ng_entity e, enum gltf_role role, int index,
@@ -129,8 +137,6 @@ static void set_role(struct ng_gltf_origin *o, ng_entity e, enum gltf_role role,
 
 static bool keep_entities(struct gltf_loader *l, struct ng_gltf_origin *o)
 {
-    if (!reserve_entities(l, o))
-        return false;
     for (ng_entity e = l->out.root; !ng_entity_is_null(e);
          e = ng_world_next_below(l->world, l->out.root, e)) {
         struct gltf_kept kept = {.entity = e,
@@ -250,70 +256,30 @@ static bool keep_pictures(const struct gltf_loader *l, struct ng_gltf_origin *o)
     return keep_pictures_below(l, o, o->json, false);
 }
 
-// An integer has no -0, so loading reads 0 where cJSON, to which all numbers are real ones, would read -0.
-static void drop_minus_zeros(char *text, size_t size)
+// A value as a tree takes 80 bytes, and there are two trees while saving.
+static ng_result keep_json(struct gltf_loader *l, struct ng_gltf_origin *o)
 {
-    bool quoted = false;
-    for (size_t i = 0; i + 2 < size; i++) {
-        if (quoted && text[i] == '\\')
-            i++;
-        else if (text[i] == '"')
-            quoted = !quoted;
-        else if (!quoted && text[i] == '-' && text[i + 1] == '0' && !strchr(".eE", text[i + 2]) &&
-                 (i == 0 || !strchr("eE", text[i - 1]))) // not of an exponent
-            text[i] = ' ';
-    }
-}
-
-// The JSON as loading reads it, which makes null of numbers that JSON does not have.
-static void copy_numbers(const char *text, size_t size, char *out)
-{
-    static const char *const wrong[] = {"-Infinity", "Infinity", "-NaN", "NaN"};
-    bool quoted = false;
-    size_t n = 0;
-    for (size_t i = 0; i < size; i++) {
-        size_t skip = 0;
-        for (size_t k = 0; !quoted && !skip && k < NG_COUNT(wrong); k++)
-            if (strncmp(text + i, wrong[k], strlen(wrong[k])) == 0)
-                skip = strlen(wrong[k]);
-        if (skip) {
-            memcpy(out + n, "null", 4);
-            n += 4;
-            i += skip - 1;
-            continue;
-        }
-        out[n++] = text[i];
-        if (text[i] == '"')
-            quoted = !quoted;
-        else if (quoted && text[i] == '\\' && i + 1 < size)
-            out[n++] = text[++i];
-    }
-    out[n] = 0;
-    drop_minus_zeros(out, n);
-}
-
-// Text that was read is followed by a zero byte.
-static cJSON *parse(const struct gltf_document *d)
-{
-    char *text = malloc(d->json_size * 4 / 3 + 8); // "NaN" grows by one
-    const char *json = (const char *)d->files.items[0] + d->json_offset;
-    if (text)
-        copy_numbers(json, d->json_size, text);
-    cJSON *parsed = text ? cJSON_Parse(text) : NULL;
+    const struct gltf_document *d = o->doc;
+    const uint64_t value = 160, any = (uint64_t)160 << 20, times = 16;
+    size_t most = (size_t)((any + times * d->file_size) / value), size;
+    char *text = ng_gltf_plain_json((const char *)d->files.items[0] + d->json_offset, d->json_size, &size);
+    if (!text)
+        return ng_out_of_memory(l->path);
+    o->json = ng_gltf_origin_json(text, size, most);
     free(text);
-    return parsed;
+    if (o->json)
+        return NG_OK;
+    ng_log_error("%s: its JSON cannot be kept for saving: it is no JSON, or has over %zu values", l->path,
+                 most);
+    return NG_ERROR_FORMAT;
 }
 
 static ng_result fill(struct gltf_loader *l, struct ng_gltf_origin *o)
 {
-    const struct gltf_document *d = o->doc;
     o->path = strdup(l->path);
     o->foreign = l->out.foreign;
-    o->json = parse(d);
-    if (!o->json && o->path) {
-        ng_log_error("%s: its JSON cannot be kept for saving", l->path);
-        return NG_ERROR_FORMAT;
-    }
+    NG_TRY(keep_json(l, o));
+    NG_TRY(reserve_entities(l, o));
     if (!o->path || !keep_entities(l, o) || !keep_assets(l, o) || !keep_pictures(l, o))
         return ng_out_of_memory(l->path);
     return NG_OK;

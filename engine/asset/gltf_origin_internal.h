@@ -68,4 +68,12 @@ const void *ng_gltf_kept_value(const struct ng_gltf_origin *o, const struct ng_w
 bool ng_gltf_kept_asset(const struct ng_gltf_origin *o, const struct ng_assets *assets, ng_asset asset);
 const struct gltf_kept_picture *ng_gltf_kept_picture(const struct ng_gltf_origin *o, const char *uri);
 
+// ---- gltf_origin_json.c ----------------------------------------------------------------------------------
+// The JSON of a file that was loaded, which a zero byte follows, as a tree. Extras, unknown extensions and
+// numbers that are no doubles are cJSON_Raw, the text that they were. Null: out of memory, more values than
+// these, or no JSON.
+struct cJSON *ng_gltf_origin_json(const char *text, size_t size, size_t max_values);
+// Whether two trees are equal, in the order of members too.
+bool ng_gltf_json_same(const struct cJSON *a, const struct cJSON *b);
+
 #endif

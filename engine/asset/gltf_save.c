@@ -390,8 +390,6 @@ static void move_materials(cJSON *value, const int *moved, size_t count, bool in
         if (item->string)
             here |= strcmp(item->string, "primitives") == 0 || strcmp(item->string, "NG_scene") == 0 ||
                     strcmp(item->string, "KHR_materials_variants") == 0;
-        if (item->string && strcmp(item->string, "extras") == 0)
-            continue;
         if (!inside || !cJSON_IsNumber(item) || !item->string || strcmp(item->string, "material") != 0) {
             move_materials(item, moved, count, here);
             continue;
@@ -447,7 +445,7 @@ static void keep_scale(struct gltf_saver *s, const struct gltf_saved *root)
     struct gltf_saved fresh = *root;
     fresh.kept = NULL;
     if (!given && has(s, s->root, NG_SCENE_SCALE) &&
-        (s->explicit || !cJSON_Compare(s->w.root, s->origin->json, true)))
+        (s->explicit || !ng_gltf_json_same(s->w.root, s->origin->json)))
         ng_gltf_save_component(s, &fresh, need_scene(s), NG_SCENE_SCALE, 0);
 }
 

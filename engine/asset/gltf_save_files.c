@@ -408,11 +408,11 @@ static bool put_other_chunks(const struct gltf_saver *s, struct ng_gltf_bytes *o
 
 // How cJSON would not print a number such that it is read as this one again; false if it would. A whole
 // number beyond 32 bits is a real one where glTF has it, and integers have no -0.
-static bool needs_text(double v, bool extra, char *text, size_t size)
+static bool needs_text(double v, char *text, size_t size)
 {
     snprintf(text, size, "%.1f", v);
     if (v == floor(v) && fabs(v) < 1e15)
-        return (v == 0 && signbit(v)) || (!extra && fabs(v) > UINT32_MAX);
+        return (v == 0 && signbit(v)) || fabs(v) > UINT32_MAX;
     snprintf(text, size, "%1.15g", v);
     if (strtod(text, NULL) == v)
         return false;
@@ -420,15 +420,15 @@ static bool needs_text(double v, bool extra, char *text, size_t size)
     return true;
 }
 
-static bool mark_numbers(cJSON *value, bool extra)
+static bool mark_numbers(cJSON *value)
 {
     cJSON *item;
     char text[40];
     cJSON_ArrayForEach(item, value)
     {
-        if (!mark_numbers(item, extra || (item->string && strcmp(item->string, "extras") == 0)))
+        if (!mark_numbers(item))
             return false;
-        if (!cJSON_IsNumber(item) || !needs_text(item->valuedouble, extra, text, sizeof text))
+        if (!cJSON_IsNumber(item) || !needs_text(item->valuedouble, text, sizeof text))
             continue;
         item->valuestring = cJSON_malloc(strlen(text) + 1);
         if (!item->valuestring)
@@ -489,10 +489,10 @@ static ng_result make_document(struct gltf_saver *s, struct ng_gltf_bytes *out)
         NG_TRY(pack(s, &data));
     }
     bool ok;
-    if (same_kind && !s->w.data.count && cJSON_Compare(s->w.root, s->origin->json, true))
+    if (same_kind && !s->w.data.count && ng_gltf_json_same(s->w.root, s->origin->json))
         ok = ng_gltf_bytes_append(out, s->origin->doc->files.items[0], s->origin->doc->file_size);
     else
-        ok = !s->w.failed && mark_numbers(s->w.root, false) &&
+        ok = !s->w.failed && mark_numbers(s->w.root) &&
              (s->binary ? print_binary(s, &data, out) : print_text(s, out));
     return ok ? NG_OK : ng_out_of_memory(s->path);
 }

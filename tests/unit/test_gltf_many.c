@@ -114,6 +114,7 @@ static void test_memory_follows_the_file(void **state)
     for (size_t i = 0; i < NG_COUNT(cases); i++) {
         uint64_t size = write_file(path, cases[i].before, cases[i].item, cases[i].count, cases[i].after);
         check(path, size, false);
+        check(path, size, true);
     }
     remove(path);
 }
