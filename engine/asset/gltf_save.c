@@ -42,6 +42,20 @@ static cJSON *scene_json(struct gltf_saver *s)
     return ng_gltf_at(&s->w, NG_GLTF_SCENES, index < 0 ? 0 : index);
 }
 
+// Lists of cJSON are walked: asked for in order, each is one step.
+cJSON *ng_gltf_primitive_at(struct gltf_saver *s, const cJSON *mesh, uint32_t index)
+{
+    const cJSON *list = ng_gltf_json_get(mesh, "primitives");
+    if (!list || list != s->primitives || index < s->primitive_index || !s->primitive) {
+        s->primitives = list;
+        s->primitive_index = 0;
+        s->primitive = list ? list->child : NULL;
+    }
+    for (; s->primitive && s->primitive_index < index; s->primitive_index++)
+        s->primitive = s->primitive->next;
+    return s->primitive;
+}
+
 cJSON *ng_gltf_saved_json(struct gltf_saver *s, const struct gltf_saved *p)
 {
     static const enum ng_gltf_list lists[] = {[GLTF_NODE] = NG_GLTF_NODES,
@@ -53,7 +67,7 @@ cJSON *ng_gltf_saved_json(struct gltf_saver *s, const struct gltf_saved *p)
         return p->role == GLTF_MADE ? NULL : ng_gltf_at(&s->w, lists[p->role], p->index);
     const cJSON *node = ng_gltf_at(&s->w, NG_GLTF_NODES, p->index);
     const cJSON *mesh = ng_gltf_at(&s->w, NG_GLTF_MESHES, ng_gltf_json_index(node, "mesh"));
-    return cJSON_GetArrayItem(ng_gltf_json_get(mesh, "primitives"), (int)p->primitive);
+    return ng_gltf_primitive_at(s, mesh, p->primitive);
 }
 
 // Whether all that is known of an entity is as it was loaded.
@@ -106,12 +120,8 @@ static bool is_plain(struct gltf_saver *s, const struct gltf_kept *kept)
     return true;
 }
 
-// Primitives stand in their node's mesh as long as all of them can.
-static bool is_primitive(struct gltf_saver *s, const struct gltf_kept *kept)
+static bool are_plain(struct gltf_saver *s, const struct gltf_saved *node)
 {
-    const struct gltf_saved *node = ng_gltf_saved(s, kept->parent);
-    if (!node || node->role != GLTF_NODE || !node->kept)
-        return false;
     ng_entity e = node->kept->first_child;
     while (!ng_entity_is_null(e)) {
         const struct gltf_kept *part = ng_gltf_kept(s->origin, e);
@@ -120,6 +130,19 @@ static bool is_primitive(struct gltf_saver *s, const struct gltf_kept *kept)
         e = part->next_sibling;
     }
     return true;
+}
+
+// Primitives stand in their node's mesh as long as all of them can.
+static bool is_primitive(struct gltf_saver *s, const struct gltf_kept *kept)
+{
+    const struct gltf_saved *node = ng_gltf_saved(s, kept->parent);
+    if (!node || node->role != GLTF_NODE || !node->kept)
+        return false;
+    if (!ng_entity_same(s->plain_of, node->entity)) {
+        s->plain_of = node->entity;
+        s->plain = are_plain(s, node);
+    }
+    return s->plain;
 }
 
 // Whether the same children follow each other as when the file was loaded.

@@ -75,7 +75,12 @@ struct gltf_saver {
     NG_ARRAY(void *) owned; // bytes that `beside` borrows
     int copies_of;          // the node whose copies were looked at last: whether they stay
     bool copies_known, copies_stay;
-    size_t new_pictures; // beside
+    ng_entity plain_of; // the same of primitives
+    bool plain;
+    size_t new_pictures;            // beside
+    const struct cJSON *primitives; // of a mesh, and the one that was looked at last
+    uint32_t primitive_index;
+    struct cJSON *primitive;
     bool warned_entity, warned_channel;
 };
 
@@ -84,6 +89,8 @@ struct gltf_saver {
 const struct gltf_saved *ng_gltf_saved(const struct gltf_saver *s, ng_entity e);
 // The object of a place: of a node, material, animation, primitive or scene. Null if it has none.
 struct cJSON *ng_gltf_saved_json(struct gltf_saver *s, const struct gltf_saved *p);
+// A primitive of a mesh; null if it has no such.
+struct cJSON *ng_gltf_primitive_at(struct gltf_saver *s, const struct cJSON *mesh, uint32_t index);
 
 // ---- gltf_save_fields.c ----------------------------------------------------------------------------------
 // The shortest decimal that is this float again.

@@ -327,9 +327,10 @@ static void each_edited(struct gltf_saver *s,
     for (uint32_t m = 0; m < o->doc->mesh_count; m++)
         for (uint32_t i = 0; i < o->doc->meshes[m].primitive_count; i++) {
             const struct gltf_shape *shape = &o->shapes[o->first_primitive[m] + i];
-            const cJSON *mesh = ng_gltf_at(&s->w, NG_GLTF_MESHES, (int)m);
-            cJSON *primitive = cJSON_GetArrayItem(ng_gltf_json_get(mesh, "primitives"), (int)i);
-            if (primitive && is_edited(s, shape))
+            cJSON *primitive = is_edited(s, shape)
+                                   ? ng_gltf_primitive_at(s, ng_gltf_at(&s->w, NG_GLTF_MESHES, (int)m), i)
+                                   : NULL;
+            if (primitive)
                 fn(s, primitive, shape);
         }
 }
@@ -433,8 +434,7 @@ static void save_primitive(struct gltf_saver *s, const struct gltf_saved *p, cJS
     bool material = !ng_entity_same(now->material, was->material);
     if (!shape && !material)
         return;
-    cJSON *primitive =
-        cJSON_GetArrayItem(ng_gltf_json_get(own_mesh(s, node), "primitives"), (int)p->primitive);
+    cJSON *primitive = ng_gltf_primitive_at(s, own_mesh(s, node), p->primitive);
     if (primitive && shape)
         put_shape(s, primitive, now->geometry, cage);
     if (primitive && material)
@@ -461,8 +461,7 @@ static void save_primitive_components(struct gltf_saver *s, const struct gltf_sa
         if (elsewhere || ng_world_component(s->world, c)->flags & NG_COMPONENT_DERIVED ||
             !(changed(s, p, c) || (s->explicit && c != NG_MESH && ng_world_has(s->world, p->entity, c))))
             continue;
-        cJSON *primitive =
-            cJSON_GetArrayItem(ng_gltf_json_get(own_mesh(s, node), "primitives"), (int)p->primitive);
+        cJSON *primitive = ng_gltf_primitive_at(s, own_mesh(s, node), p->primitive);
         uint64_t standard = c == NG_MESH ? ng_gltf_field_bit(s, NG_MESH, "material") : 0;
         if (primitive)
             ng_gltf_save_component(s, p, primitive, c, standard);
