@@ -39,10 +39,7 @@ static void put(const struct rig *r, const char *name, const char *from, const c
     size_t skipped = from ? strlen(from) : 0, head = (size_t)(at - text), added = to ? strlen(to) : 0;
     char *changed = malloc(size + added + 1);
     assert_non_null(changed);
-    memcpy(changed, text, head);
-    if (added)
-        memcpy(changed + head, to, added);
-    memcpy(changed + head + added, at + skipped, size - head - skipped);
+    snprintf(changed, size + added + 1, "%.*s%s%s", (int)head, text, added ? to : "", at + skipped);
     path_of(path, sizeof path, r->folder, name);
     assert_int_equal(ng_file_write(path, changed, size - skipped + added), NG_OK);
     free(changed);
