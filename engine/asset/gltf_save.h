@@ -33,6 +33,7 @@ struct ng_gltf_save_params {
 // or the new one. A .glb holds its buffers and pictures; a .gltf has them beside it, under the names that
 // they had. Pictures that only NG_scene names are beside both. Files beside are written first, and none is
 // ever replaced: one of the same bytes is used, where others have the name, NAME.1.EXT and so on are tried.
+// After an error none of them is left.
 //
 // The world is saved as it stands, except that a field which a playing clip drives keeps the value that the
 // file gave it. Logged: NG_ERROR_USAGE (another extension of the name), NG_ERROR_IO, NG_ERROR_MEMORY.

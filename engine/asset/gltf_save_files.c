@@ -460,19 +460,28 @@ static bool print_text(const struct gltf_saver *s, struct ng_gltf_bytes *out)
     return ok;
 }
 
-static ng_result write_beside(const struct gltf_saver *s)
+// `*written`: how many there are now, one that failed included.
+static ng_result write_beside(const struct gltf_saver *s, size_t *written)
 {
-    for (size_t i = 0; i < s->beside.count; i++) {
-        struct gltf_beside *f = &s->beside.items[i];
+    for (*written = 0; *written < s->beside.count;) {
+        struct gltf_beside *f = &s->beside.items[*written];
         char *slash = strrchr(f->path, '/');
         if (slash && slash != f->path) {
             *slash = 0;
             NG_TRY(ng_file_make_directory(f->path));
             *slash = '/';
         }
+        ++*written;
         NG_TRY(ng_file_write(f->path, f->data, f->size));
     }
     return NG_OK;
+}
+
+// What nothing names: on a full disk it would be in the way of the next try.
+static void remove_beside(const struct gltf_saver *s, size_t written)
+{
+    for (size_t i = 0; i < written; i++)
+        (void)remove(s->beside.items[i].path);
 }
 
 // The document's bytes, with all that it has outside of it placed. Unchanged they are those of the origin.
@@ -502,10 +511,14 @@ ng_result ng_gltf_save_write(struct gltf_saver *s)
     struct ng_gltf_bytes document = {0};
     NG_TRY(ng_file_check_writable(s->path));
     ng_result r = make_document(s, &document);
+    size_t beside = 0;
     if (r == NG_OK)
-        r = write_beside(s);
+        r = write_beside(s, &beside);
     if (r == NG_OK)
         r = ng_file_write(s->path, document.items, document.count);
+    // It may have failed with the document in its place already.
+    if (r != NG_OK && !(ng_file_exists(s->path) && holds(s->path, document.items, document.count)))
+        remove_beside(s, beside);
     ng_array_finish(&document);
     return r;
 }

@@ -111,33 +111,45 @@ static inline bool scene_same_field(const struct scene *a, const struct scene *b
     return f->type == NG_FIELD_TEXT ? strcmp(x, y) == 0 : memcmp(x, y, ng_field_size(f->type)) == 0;
 }
 
-// Fails with the first difference; `what` says of what.
-static inline void scene_assert_equal(struct scene *a, struct scene *b, const char *what)
+// `why`: the first difference.
+static inline bool scene_equal(struct scene *a, struct scene *b, char *why, size_t size)
 {
     scene_list(a);
     scene_list(b);
     if (a->count != b->count)
-        fail_msg("%s: %zu entities, not %zu", what, b->count, a->count);
+        return snprintf(why, size, "%zu entities, not %zu", b->count, a->count), false;
     for (size_t i = 0; i < a->count && a->entities && b->entities; i++) {
         ng_entity x = a->entities[i], y = b->entities[i];
+        const char *name = scene_name(a, i);
         if (i && scene_place(a, ng_world_parent(a->world, x)) != scene_place(b, ng_world_parent(b->world, y)))
-            fail_msg("%s: entity %zu (%s) has another parent", what, i, scene_name(a, i));
+            return snprintf(why, size, "entity %zu (%s) has another parent", i, name), false;
         for (ng_component c = 0; c < NG_COMPONENT_COUNT; c++) {
             const struct ng_component_desc *desc = ng_world_component(a->world, c);
             const char *p = ng_world_get(a->world, x, c), *q = ng_world_get(b->world, y, c);
             if (desc->flags & NG_COMPONENT_DERIVED || (i == 0 && c == NG_NAME))
                 continue;
             if (!p != !q)
-                fail_msg("%s: entity %zu (%s): %s is %s", what, i, scene_name(a, i), desc->name,
-                         q ? "new" : "lost");
+                return snprintf(why, size, "entity %zu (%s): %s is %s", i, name, desc->name,
+                                q ? "new" : "lost"),
+                       false;
             for (uint32_t k = 0; p && k < desc->field_count; k++) {
                 const struct ng_field *f = &desc->fields[k];
                 if (!scene_same_field(a, b, f, p + f->offset, q + f->offset))
-                    fail_msg("%s: entity %zu (%s): %s.%s differs", what, i, scene_name(a, i), desc->name,
-                             f->name);
+                    return snprintf(why, size, "entity %zu (%s): %s.%s differs", i, name, desc->name,
+                                    f->name),
+                           false;
             }
         }
     }
+    return true;
+}
+
+// Fails with the first difference; `what` says of what.
+static inline void scene_assert_equal(struct scene *a, struct scene *b, const char *what)
+{
+    char why[256];
+    if (!scene_equal(a, b, why, sizeof why))
+        fail_msg("%s: %s", what, why);
 }
 
 #endif
