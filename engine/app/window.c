@@ -1,4 +1,4 @@
-// The one user of GLFW. Its callbacks collect into the input of the poll that runs them.
+// The one user of GLFW. Its callbacks collect into what the next poll says.
 #include "app/window.h"
 
 #include "base/log.h"
@@ -16,7 +16,12 @@ struct ng_window_internal {
     GLFWwindow *handle;
     VkInstance instance;
     VkSurfaceKHR surface;
-    char dropped[4096];
+    // What the next poll will say, so that events can come in while somebody works with what the last one
+    // said.
+    struct ng_input input;
+    uint32_t width, height;
+    bool has_drop;
+    char next_dropped[4096], dropped[4096];
 };
 
 static int window_count; // GLFW lives while there is a window
@@ -55,70 +60,60 @@ static int key_of_glfw(int key)
     }
 }
 
+static struct ng_window_internal *internal_of(GLFWwindow *handle)
+{
+    return ((struct ng_window *)glfwGetWindowUserPointer(handle))->internal;
+}
+
+// GLFW does not tell when an event happened: the moment in which it comes in stands for that.
 static void on_key(GLFWwindow *handle, int glfw_key, int scancode, int action, int mods)
 {
     NG_UNUSED(scancode);
     NG_UNUSED(mods);
-    struct ng_input *input = &((struct ng_window *)glfwGetWindowUserPointer(handle))->input;
     int key = key_of_glfw(glfw_key);
-    if (key < 0)
-        return;
-    input->down[key] = action != GLFW_RELEASE;
-    input->pressed[key] |= action != GLFW_RELEASE;
+    if (key >= 0)
+        ng_input_key(&internal_of(handle)->input, key, action != GLFW_RELEASE, glfwGetTime());
 }
 
 static void on_button(GLFWwindow *handle, int button, int action, int mods)
 {
     NG_UNUSED(mods);
-    struct ng_window *w = glfwGetWindowUserPointer(handle);
     enum ng_button b = button == GLFW_MOUSE_BUTTON_LEFT     ? NG_BUTTON_LEFT
                        : button == GLFW_MOUSE_BUTTON_RIGHT  ? NG_BUTTON_RIGHT
                        : button == GLFW_MOUSE_BUTTON_MIDDLE ? NG_BUTTON_MIDDLE
                                                             : NG_BUTTON_COUNT;
-    if (b == NG_BUTTON_COUNT)
-        return;
-    w->input.buttons[b] = action == GLFW_PRESS;
-    if (action == GLFW_PRESS)
-        memcpy(w->input.grip[b], w->input.pointer, sizeof w->input.grip[b]);
+    if (b != NG_BUTTON_COUNT)
+        ng_input_button(&internal_of(handle)->input, b, action == GLFW_PRESS, glfwGetTime());
 }
 
 static void on_pointer(GLFWwindow *handle, double x, double y)
 {
-    struct ng_window *w = glfwGetWindowUserPointer(handle);
+    struct ng_window_internal *w = internal_of(handle);
     // GLFW counts in screen coordinates, which are not pixels on every desktop.
     int width, height;
     glfwGetWindowSize(handle, &width, &height);
-    float position[2] = {(float)x * (width > 0 ? (float)w->width / (float)width : 1),
-                         (float)y * (height > 0 ? (float)w->height / (float)height : 1)};
-    struct ng_input *input = &w->input;
-    for (int i = 0; i < 2; i++) {
-        for (int b = 0; b < NG_BUTTON_COUNT; b++) {
-            if (input->buttons[b])
-                input->drag[b][i] += position[i] - input->pointer[i];
-        }
-        input->pointer[i] = position[i];
-    }
+    ng_input_pointer(&w->input, (float)x * (width > 0 ? (float)w->width / (float)width : 1),
+                     (float)y * (height > 0 ? (float)w->height / (float)height : 1), glfwGetTime());
 }
 
 static void on_scroll(GLFWwindow *handle, double x, double y)
 {
     NG_UNUSED(x);
-    ((struct ng_window *)glfwGetWindowUserPointer(handle))->input.scroll += (float)y;
+    ng_input_scroll(&internal_of(handle)->input, (float)y, glfwGetTime());
 }
 
 static void on_drop(GLFWwindow *handle, int count, const char **paths)
 {
-    struct ng_window *w = glfwGetWindowUserPointer(handle);
-    char *room = w->internal->dropped;
-    if (count < 1 || strlen(paths[0]) >= sizeof w->internal->dropped)
+    struct ng_window_internal *w = internal_of(handle);
+    if (count < 1 || strlen(paths[0]) >= sizeof w->next_dropped)
         return;
-    memcpy(room, paths[0], strlen(paths[0]) + 1); // theirs until we return
-    w->dropped = room;
+    memcpy(w->next_dropped, paths[0], strlen(paths[0]) + 1); // theirs until we return
+    w->has_drop = true;
 }
 
 static void on_framebuffer_size(GLFWwindow *handle, int width, int height)
 {
-    struct ng_window *w = glfwGetWindowUserPointer(handle);
+    struct ng_window_internal *w = internal_of(handle);
     w->width = (uint32_t)width;
     w->height = (uint32_t)height;
 }
@@ -174,8 +169,9 @@ ng_result ng_window_create(const struct ng_window_params *params, struct ng_wind
     }
     int width, height;
     glfwGetFramebufferSize(internal->handle, &width, &height);
-    w->width = (uint32_t)width;
-    w->height = (uint32_t)height;
+    w->width = internal->width = (uint32_t)width;
+    w->height = internal->height = (uint32_t)height;
+    internal->input.time = glfwGetTime();
     glfwSetWindowUserPointer(internal->handle, w);
     glfwSetKeyCallback(internal->handle, on_key);
     glfwSetMouseButtonCallback(internal->handle, on_button);
@@ -232,28 +228,39 @@ void ng_window_destroy_surface(struct ng_window *window)
     internal->surface = VK_NULL_HANDLE;
 }
 
-// Forgets what was since the last poll; what is held down stays.
-static void begin_input(struct ng_window *window)
+void ng_window_pump(struct ng_window *window, double seconds)
 {
-    struct ng_input *input = &window->input;
-    window->dropped = NULL;
-    input->scroll = 0;
-    memset(input->drag, 0, sizeof input->drag);
-    memset(input->pressed, 0, sizeof input->pressed);
-}
-
-void ng_window_poll(struct ng_window *window)
-{
-    begin_input(window);
-    glfwPollEvents();
-    window->closed |= glfwWindowShouldClose(window->internal->handle) != 0;
+    if (seconds > 0)
+        glfwWaitEventsTimeout(seconds);
+    else
+        glfwPollEvents();
+    ng_input_pass(&window->internal->input, glfwGetTime());
 }
 
 void ng_window_wait(struct ng_window *window, double seconds)
 {
-    begin_input(window);
-    glfwWaitEventsTimeout(seconds);
-    window->closed |= glfwWindowShouldClose(window->internal->handle) != 0;
+    struct ng_window_internal *internal = window->internal;
+    ng_window_pump(window, seconds);
+    window->input = internal->input;
+    ng_input_begin(&internal->input);
+    window->width = internal->width;
+    window->height = internal->height;
+    window->dropped = internal->has_drop ? internal->dropped : NULL;
+    if (internal->has_drop)
+        memcpy(internal->dropped, internal->next_dropped, sizeof internal->dropped);
+    internal->has_drop = false;
+    window->closed |= glfwWindowShouldClose(internal->handle) != 0;
+}
+
+void ng_window_poll(struct ng_window *window)
+{
+    ng_window_wait(window, 0);
+}
+
+void ng_window_wake(struct ng_window *window)
+{
+    NG_UNUSED(window);
+    glfwPostEmptyEvent();
 }
 
 void ng_window_close(struct ng_window *window)

@@ -12,7 +12,8 @@
 //     ng_window_destroy_surface(window);                      // before the device
 //     ng_window_destroy(&window);
 //
-// All calls come from the main thread. One window a process is what this is made for; more work as well.
+// All calls come from the main thread, unless they say otherwise. One window a process is what this is made
+// for; more work as well.
 #ifndef NG_APP_WINDOW_H
 #define NG_APP_WINDOW_H
 
@@ -54,8 +55,13 @@ void ng_window_destroy_surface(struct ng_window *window);
 
 // Takes in what happened since the last poll.
 void ng_window_poll(struct ng_window *window);
-// The same, but waits for something to happen, at most `seconds`: for a minimised window.
+// The same, but waits for something to happen, at most `seconds`.
 void ng_window_wait(struct ng_window *window, double seconds);
+// Lets events come in and be given their times, but changes nothing that callers read: the next poll tells
+// them. For who waits for something else, at most `seconds` at a time.
+void ng_window_pump(struct ng_window *window, double seconds);
+// Ends a wait. From any thread.
+void ng_window_wake(struct ng_window *window);
 void ng_window_close(struct ng_window *window);
 void ng_window_set_title(struct ng_window *window, const char *title);
 

@@ -40,7 +40,7 @@ void ng_imgui_begin(float width, float height, float seconds, const struct ng_in
         io.MousePos = ImVec2(input->pointer[0], input->pointer[1]);
         io.MouseWheel = input->scroll;
         for (int i = 0; i < NG_BUTTON_COUNT; i++)
-            io.MouseDown[i] = input->buttons[i];
+            io.MouseDown[i] = input->buttons[i] || input->clicked[i]; // also if it is up again by now
     }
     ImGui::NewFrame();
 }

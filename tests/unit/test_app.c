@@ -2,8 +2,10 @@
 
 #include "app/camera_controller.h"
 #include "app/clip_menu.h"
+#include "app/pick.h"
 #include "app/playback.h"
 #include "app/watch.h"
+#include "app/worker.h"
 #include "asset/assets.h"
 #include "asset/gltf.h"
 #include "base/file.h"
@@ -29,7 +31,6 @@ static void assert_near3(const float a[3], float x, float y, float z)
     assert_near(a[2], z);
 }
 
-// Where a camera that carries this transform looks.
 // Exchanges left and right: what a person pulls to the right goes to the right on screen.
 static void a_mirrored_camera_stays_mirrored(void **state)
 {
@@ -43,11 +44,12 @@ static void a_mirrored_camera_stays_mirrored(void **state)
     glm_quat_rotatev(t.rotation, (vec3){0, 0, -1}, forward);
     glm_quat_rotatev(t.rotation, (vec3){t.scale[0], 0, 0}, right);
     assert_true(forward[2] > 0.999f && right[0] > 0.999f);
-    struct ng_input input = {.down = {['D'] = true}};
-    ng_camera_controller_update(&c, &input, 100, 1);
+    struct ng_input input = {.held = {['D'] = 1}};
+    ng_camera_controller_update(&c, &input, 100);
     assert_true(c.eye[0] > 0);
 }
 
+// Where a camera that carries the controller's transform looks.
 static void ahead(const struct ng_camera_controller *c, vec3 out)
 {
     struct ng_transform t = ng_camera_controller_transform(c);
@@ -132,8 +134,110 @@ static void zoom_never_reaches_the_point(void **state)
     assert_near3(c.eye, 0, 0, -0.2f);
     ng_camera_controller_zoom(&c, -1);
     assert_near3(c.eye, 0, 0, 0);
-    ng_camera_controller_zoom(&c, 1000);
-    assert_true(c.distance > 0 && c.eye[2] > -2);
+    for (int i = 0; i < 100; i++)
+        ng_camera_controller_zoom(&c, 1000);
+    assert_true(c.point[2] > 0 && c.eye[2] > -2);
+}
+
+// Where a point of the world is on screen: from -1 to 1 to the right and up, in a picture as wide as high.
+static void project(const struct ng_camera_controller *c, const float world[3], float out[2])
+{
+    struct ng_transform t = ng_camera_controller_transform(c);
+    versor back;
+    vec3 own;
+    glm_quat_inv(t.rotation, back);
+    glm_vec3_sub((float *)world, t.translation, own);
+    glm_quat_rotatev(back, own, own);
+    float half = c->lens / 2 * (c->parallel ? 1 : -own[2]);
+    out[0] = own[0] * t.scale[0] / half;
+    out[1] = own[1] / half;
+}
+
+// Whatever one does about a point, it stays where it is on screen, or under the pointer that drags it.
+static void the_point_stays_under_the_pointer(void **state)
+{
+    NG_UNUSED(state);
+    const float mirrored[16] = {[0] = -1, [5] = 1, [10] = 1, [15] = 1};
+    const float point[3] = {0.7f, -0.4f, -3};
+    for (int i = 0; i < 4; i++) {
+        struct ng_camera_controller c;
+        float before[2], after[2];
+        bool parallel = i % 2;
+        ng_camera_controller_look(&c, i < 2 ? identity : mirrored, 2);
+        ng_camera_controller_see(&c, parallel ? 4 : 1.2f, parallel);
+        ng_camera_controller_turn(&c, 0.2f, -0.1f);
+        ng_camera_controller_take(&c, point);
+        project(&c, point, before);
+        ng_camera_controller_orbit(&c, 0.5f, 0.3f);
+        ng_camera_controller_orbit(&c, -2, 5); // to the pole
+        ng_camera_controller_zoom(&c, 3);
+        ng_camera_controller_zoom(&c, -1);
+        project(&c, point, after);
+        assert_near3((float[]){after[0], after[1], 0}, before[0], before[1], 0);
+
+        struct ng_input input = {.drag[NG_BUTTON_MIDDLE] = {20, 10}};
+        ng_camera_controller_update(&c, &input, 100); // a fifth to the right, a tenth down
+        project(&c, point, after);
+        assert_near3((float[]){after[0], after[1], 0}, before[0] + 0.4f, before[1] - 0.2f, 0);
+        float world[3];
+        ng_camera_controller_point(&c, world);
+        assert_near3(world, point[0], point[1], point[2]);
+    }
+}
+
+static void orbit_keeps_its_distance_from_the_point(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_camera_controller c;
+    vec3 point = {1, 2, -5};
+    ng_camera_controller_look(&c, identity, 2);
+    ng_camera_controller_take(&c, point);
+    float before = glm_vec3_distance(c.eye, point);
+    for (int i = 0; i < 50; i++)
+        ng_camera_controller_orbit(&c, 0.3f, i % 3 ? 0.1f : -0.25f);
+    assert_float_equal(glm_vec3_distance(c.eye, point), before, 1e-4f);
+}
+
+// A pointer on the sky: zooming goes that way and never gets stuck.
+static void nothing_is_a_reach_away(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_camera_controller c;
+    float on_screen[2], world[3];
+    ng_camera_controller_look(&c, identity, 10);
+    for (int i = 0; i < 20; i++) {
+        ng_camera_controller_take_nothing(&c, 0.5f, -0.25f, 1);
+        ng_camera_controller_point(&c, world);
+        project(&c, world, on_screen);
+        assert_near3((float[]){on_screen[0], on_screen[1], 0}, 0.5f, 0.25f, 0);
+        ng_camera_controller_zoom(&c, 1);
+    }
+    assert_float_equal(c.eye[2], -20, 1e-3f);
+}
+
+static void framing_shows_all_of_a_sphere(void **state)
+{
+    NG_UNUSED(state);
+    const float center[3] = {5, -1, 3};
+    for (int i = 0; i < 4; i++) {
+        float aspect = i < 2 ? 1.6f : 0.5f, radius = 0.3f, on_screen[2];
+        struct ng_camera_controller c;
+        ng_camera_controller_look(&c, identity, 2);
+        ng_camera_controller_see(&c, i % 2 ? 4 : 1.2f, i % 2);
+        ng_camera_controller_turn(&c, 0.7f, 0.2f);
+        ng_camera_controller_frame(&c, center, radius, aspect);
+        project(&c, center, on_screen);
+        assert_near3((float[]){on_screen[0], on_screen[1], 0}, 0, 0, 0);
+        vec3 look, far;
+        ahead(&c, look);
+        glm_vec3_ortho(look, far);
+        glm_vec3_normalize(far);
+        glm_vec3_scale(far, radius, far);
+        glm_vec3_add((float *)center, far, far);
+        project(&c, far, on_screen);
+        float size = hypotf(on_screen[0], on_screen[1]) / fminf(aspect, 1); // of the side that is shorter
+        assert_true(size > 0.7f && size < 1);
+    }
 }
 
 static void input_moves_the_camera(void **state)
@@ -143,21 +247,193 @@ static void input_moves_the_camera(void **state)
     ng_camera_controller_look(&c, identity, 2);
     ng_camera_controller_orbit(&c, 0.1f, 0);
     still = c;
-    struct ng_input input = {.pointer = {50, -20}};
-    ng_camera_controller_update(&c, &input, 500, 0.1f);
-    assert_memory_equal(&c, &still, sizeof c); // no button: the mouse just passes by
+    struct ng_input input = {.pointer = {50, -20}, .buttons = {true, true, true}, .down = {['W'] = true}};
+    ng_camera_controller_update(&c, &input, 500);
+    assert_memory_equal(&c, &still,
+                        sizeof c); // the mouse rests, and a key that is down has not been for long
 
-    input.drag[NG_BUTTON_LEFT][0] = 50;
-    input.drag[NG_BUTTON_LEFT][1] = -20;
-    ng_camera_controller_update(&c, &input, 500, 0.1f);
+    input = (struct ng_input){.drag[NG_BUTTON_LEFT] = {50, -20}};
+    ng_camera_controller_update(&c, &input, 500);
     assert_near(c.yaw, -0.2f);
     assert_near(c.pitch, 0.12f);
+}
 
+// ---- Keys and time ---------------------------------------------------------------------------------------
+
+// What a person does, by time.
+struct act {
+    double time;
+    int key;
+    bool down;
+};
+
+// How far the eye gets in frames of some length.
+static void fly(const struct act *acts, size_t count, double frame, double end, float eye[3])
+{
+    struct ng_camera_controller c;
+    struct ng_input input = {.time = 10};
+    size_t next = 0;
+    ng_camera_controller_look(&c, identity, 2); // 2 m/s
+    for (double now = 0; now < end;) {
+        now = fmin(now + frame, end);
+        for (; next < count && acts[next].time <= now; next++)
+            ng_input_key(&input, acts[next].key, acts[next].down, 10 + acts[next].time);
+        ng_input_pass(&input, 10 + now);
+        ng_camera_controller_update(&c, &input, 100);
+        ng_input_begin(&input);
+    }
+    memcpy(eye, c.eye, sizeof c.eye);
+}
+
+static void flight_follows_the_time_of_a_key(void **state)
+{
+    NG_UNUSED(state);
+    const struct {
+        struct act acts[8];
+        size_t count;
+        float eye[3];
+    } cases[] = {
+        {{{0.103, 'W', true}, {0.353, 'W', false}}, 2, {0, 0, -0.5f}}, // a quarter of a second at 2 m/s
+        {{{0.101, 'D', true}, {0.121, 'D', false}}, 2, {0.04f, 0, 0}}, // a tap
+        {{{0, 'E', true}, {0.03, 'E', false}, {0.05, 'E', true}, {0.08, 'E', false}}, 4, {0, 0.12f, 0}},
+        // Shift for a part of the way: 0.1 s at 2 m/s, 0.1 s at 8, 0.05 s at 2.
+        {{{0.1, 'S', true}, {0.2, NG_KEY_SHIFT, true}, {0.3, NG_KEY_SHIFT, false}, {0.35, 'S', false}},
+         4,
+         {0, 0, 1.1f}},
+        {{{0.1, 'W', true}, {0.15, 'S', true}, {0.25, 'W', false}, {0.26, 'S', false}}, 4, {0, 0, -0.08f}},
+        {{{0.8, 'A', true}}, 1, {-0.4f, 0, 0}}, // still down at the end
+    };
+    static const double frames[] = {0.001, 1.0 / 60, 0.1, 0.23};
+    for (size_t i = 0; i < NG_COUNT(cases); i++)
+        for (size_t k = 0; k < NG_COUNT(frames); k++) {
+            float eye[3];
+            fly(cases[i].acts, cases[i].count, frames[k], 1, eye);
+            for (int a = 0; a < 3; a++)
+                assert_float_equal(eye[a], cases[i].eye[a], 1e-4f);
+        }
+}
+
+// A program that slept for a minute does not fly for a minute.
+static void steps_of_flight_are_bounded(void **state)
+{
+    NG_UNUSED(state);
+    const struct act down = {0.1, 'W', true};
+    float eye[3];
+    fly(&down, 1, 60, 60, eye);
+    assert_true(-eye[2] <= 2 * NG_INPUT_LONGEST + 1e-4f && eye[2] < 0);
+}
+
+static void the_wheel_sets_the_speed_in_flight(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_camera_controller c;
     ng_camera_controller_look(&c, identity, 2);
-    input = (struct ng_input){0};
-    input.down['W'] = input.down[NG_KEY_SHIFT] = true;
-    ng_camera_controller_update(&c, &input, 500, 0.1f);
-    assert_near3(c.eye, 0, 0, -0.8f); // 2 m/s, four times, a tenth of a second
+    struct ng_input input = {.scroll = 2, .down = {['W'] = true}};
+    ng_camera_controller_update(&c, &input, 100);
+    assert_near3(c.eye, 0, 0, 0);
+    assert_true(c.speed > 2.5f);
+    input.scroll = -2;
+    ng_camera_controller_update(&c, &input, 100);
+    assert_near(c.speed, 2);
+    input = (struct ng_input){.scroll = -1e9f, .buttons[NG_BUTTON_RIGHT] = true};
+    for (int i = 0; i < 100; i++)
+        ng_camera_controller_update(&c, &input, 100);
+    assert_true(c.speed > 0);
+    input = (struct ng_input){.scroll = 1};
+    ng_camera_controller_update(&c, &input, 100);
+    assert_true(c.eye[2] < 0); // nobody flies: it zooms
+}
+
+static void presses_in_one_frame_are_counted(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_input input = {0};
+    for (int i = 0; i < 3; i++) {
+        ng_input_key(&input, 'L', true, 0.1 * i + 0.01);
+        ng_input_key(&input, 'L', false, 0.1 * i + 0.03);
+        ng_input_button(&input, NG_BUTTON_LEFT, true, 0.1 * i + 0.04);
+        ng_input_pointer(&input, 10 + (float)i, 5, 0.1 * i + 0.05);
+        ng_input_button(&input, NG_BUTTON_LEFT, false, 0.1 * i + 0.06);
+        ng_input_pointer(&input, 100, 100, 0.1 * i + 0.07);
+        ng_input_scroll(&input, 1, 0.1 * i + 0.08);
+    }
+    assert_int_equal(input.pressed['L'], 3);
+    assert_int_equal(input.clicked[NG_BUTTON_LEFT], 3);
+    assert_near(input.held['L'], 0.06f);
+    assert_near(input.scroll, 3);
+    // From 0 to 10, then back from 100 to 11 and 12: what moved while the button was up is no drag.
+    assert_near(input.drag[NG_BUTTON_LEFT][0], 10 - 89 - 88);
+    assert_near3((float[]){input.grip[NG_BUTTON_LEFT][0], input.grip[NG_BUTTON_LEFT][1], 0}, 100, 100, 0);
+    for (int i = 0; i < 1000; i++)
+        ng_input_key(&input, 'L', true, 1); // repeats
+    assert_int_equal(input.pressed['L'], UINT8_MAX);
+    ng_input_begin(&input);
+    assert_true(input.pressed['L'] == 0 && input.down['L'] && input.held['L'] == 0 && input.scroll == 0);
+}
+
+// ---- What is under the pointer ---------------------------------------------------------------------------
+
+static void a_pick_tells_what_is_under_the_pointer(void **state)
+{
+    NG_UNUSED(state);
+    float positions[6][4] = {[1] = {1, 2, 3, 1}, [3] = {4, 5, 6, -1}}, world[3], radius;
+    uint32_t entities[6] = {[1] = 7, [3] = 9};
+    struct ng_pick_bounds things[] = {
+        {7, {0, 0, 0}, {1, 1, 1}}, {8, {-50, -50, -50}, {50, 50, 50}}, {7, {1, 1, 1}, {4, 2, 3}}};
+    struct ng_pick pick = {.width = 3,
+                           .height = 2,
+                           .positions = {&positions[0][0], 24, 24},
+                           .entities = {entities, 6, 6},
+                           .things = {things, 3, 3}};
+    assert_true(ng_pick_point(&pick, 1.9f, 0.9f, world));
+    assert_near3(world, 1, 2, 3);
+    assert_true(ng_pick_point(&pick, 0, 1, world)); // a lamp
+    assert_near3(world, 4, 5, 6);
+    assert_false(ng_pick_point(&pick, 2, 0, world));
+    const float outside[][2] = {{-0.1f, 0}, {3, 0}, {0, 2}, {1, -1}, {NAN, 0}, {1e20f, 1}};
+    for (size_t i = 0; i < NG_COUNT(outside); i++)
+        assert_false(ng_pick_point(&pick, outside[i][0], outside[i][1], world));
+    assert_true(ng_pick_thing(&pick, 1, 0, world, &radius)); // all of its parts
+    assert_near3(world, 2, 1, 1.5f);
+    assert_near(radius, sqrtf(16 + 4 + 9) / 2);
+    assert_false(ng_pick_thing(&pick, 0, 1, world, &radius)); // whose bounds nobody knows
+    assert_false(ng_pick_thing(&pick, 0, 0, world, &radius));
+}
+
+// ---- Work on another thread
+// --------------------------------------------------------------------------------
+
+struct labour {
+    int made, told;
+};
+
+static void make(void *user)
+{
+    ((struct labour *)user)->made++;
+}
+
+static void tell(void *user)
+{
+    ((struct labour *)user)->told++;
+}
+
+static void a_worker_does_one_thing_after_another(void **state)
+{
+    NG_UNUSED(state);
+    struct labour labour = {0};
+    struct ng_worker *worker;
+    assert_int_equal(ng_worker_create(&(struct ng_worker_params){make, tell, &labour}, &worker), NG_OK);
+    for (int i = 1; i <= 100; i++) {
+        ng_worker_begin(worker);
+        while (ng_worker_is_busy(worker))
+            thrd_yield();
+        assert_int_equal(labour.made, i);
+    }
+    ng_worker_begin(worker);
+    ng_worker_destroy(&worker); // what was begun is done
+    assert_int_equal(labour.made, 101);
+    assert_int_equal(labour.told, 101);
+    assert_null(worker);
 }
 
 static void clock_wraps_and_pauses(void **state)
@@ -280,7 +556,17 @@ int main(void)
         cmocka_unit_test(look_takes_over_a_camera),
         cmocka_unit_test(flying_turns_about_the_eye),
         cmocka_unit_test(zoom_never_reaches_the_point),
+        cmocka_unit_test(the_point_stays_under_the_pointer),
+        cmocka_unit_test(orbit_keeps_its_distance_from_the_point),
+        cmocka_unit_test(nothing_is_a_reach_away),
+        cmocka_unit_test(framing_shows_all_of_a_sphere),
         cmocka_unit_test(input_moves_the_camera),
+        cmocka_unit_test(flight_follows_the_time_of_a_key),
+        cmocka_unit_test(steps_of_flight_are_bounded),
+        cmocka_unit_test(the_wheel_sets_the_speed_in_flight),
+        cmocka_unit_test(presses_in_one_frame_are_counted),
+        cmocka_unit_test(a_pick_tells_what_is_under_the_pointer),
+        cmocka_unit_test(a_worker_does_one_thing_after_another),
         cmocka_unit_test(clock_wraps_and_pauses),
         cmocka_unit_test(files_that_change_are_told),
         cmocka_unit_test(a_clip_chosen_plays_alone),

@@ -7,11 +7,13 @@
 
 #include "app/camera_controller.h"
 #include "app/clip_menu.h"
+#include "app/pick.h"
 #include "app/playback.h"
 #include "app/shader_reload.h"
 #include "app/stage.h"
 #include "app/watch.h"
 #include "app/window.h"
+#include "app/worker.h"
 #include "base/file.h"
 #include "base/log.h"
 #include "base/result.h"
@@ -88,11 +90,13 @@ static const struct cli_option options[] = {
     CLI_DEVICE(struct view),
 };
 
-static const char keys[] = VIEW_PICTURE_KEYS "left drag     orbit\n"
+static const char keys[] = VIEW_PICTURE_KEYS "left drag     orbit about what is under the pointer\n"
                                              "right drag    look around\n"
                                              "middle drag   slide\n"
-                                             "wheel         nearer, farther\n"
+                                             "wheel         nearer to it, farther; while flying: speed\n"
                                              "W A S D       fly; E up, Q down, Shift faster\n"
+                                             "F, Shift+F    all of what is under the pointer; of the scene\n"
+                                             "R             back to where the camera was\n"
                                              "Space         play, pause\n"
                                              "Left, Right   scrub a tenth of a second; Home: to the start\n"
                                              "F1            these keys\n"
@@ -104,6 +108,7 @@ static const char keys[] = VIEW_PICTURE_KEYS "left drag     orbit\n"
 #define SCRUB_S          0.1
 #define ADAPTATION_S     0.4f // in which the exposure goes most of the way to where it should be
 #define TITLE_INTERVAL_S 0.25
+#define LISTEN_S         0.1 // at a time
 #define FRAME_SMOOTHING  0.1 // weight of the newest frame in the time that is shown
 
 struct viewer {
@@ -114,16 +119,19 @@ struct viewer {
     struct ng_watch *watch;           // on the scene's files and weights
     struct ng_shader_reload *shaders; // null: those built in
     struct ng_clip_menu *clips;
-    char wanted[4096];         // path of what was asked for last
-    char scene[4096];          // path of what is shown
-    const char *weights;       // of the network, as asked for; null: the scene's own
-    bool opened;               // a scene has been shown
-    bool failed;               // what was opened or changed last could not be loaded
-    void *methods[METHOD_MAX]; // states, in the order of method_of
-    struct ng_camera_controller controller;
+    char wanted[4096];                            // path of what was asked for last
+    char scene[4096];                             // path of what is shown
+    const char *weights;                          // of the network, as asked for; null: the scene's own
+    bool opened;                                  // a scene has been shown
+    bool failed;                                  // what was opened or changed last could not be loaded
+    void *methods[METHOD_MAX];                    // states, in the order of method_of
+    struct ng_camera_controller controller, home; // now; as the scene has it
+    struct ng_pick pick;                          // in the last frame
+    struct ng_worker *worker;                     // draws frames
+    float seconds;                                // that the frame at work follows the last one by
+    ng_result drawn;                              // of the frame at work
     struct ng_playback playback;
-    ng_entity camera;   // our own, so that neither a parent nor an animation moves it
-    float height_at_1m; // orthographic: of what it shows, by the distance to what it turns around
+    ng_entity camera; // our own, so that neither a parent nor an animation moves it
     struct view_picture picture;
     struct view_times times;
     double frame_ms;
@@ -146,15 +154,18 @@ static ng_result create_camera(struct viewer *v, bool stay)
     struct ng_world *world = v->stage->world;
     ng_entity model = v->stage->scene.camera;
     const struct ng_placement *placement = ng_world_get(world, model, NG_PLACEMENT);
+    struct ng_camera lens = *(const struct ng_camera *)ng_world_get(world, model, NG_CAMERA);
+    bool parallel = lens.projection == NG_PROJECTION_ORTHOGRAPHIC;
+    ng_camera_controller_look(&v->home, placement->matrix, scene_radius(world, v->stage->scene.root));
+    ng_camera_controller_see(&v->home, parallel ? lens.height : 2 * tanf(lens.fov_y / 2), parallel);
     if (!stay)
-        ng_camera_controller_look(&v->controller, placement->matrix,
-                                  scene_radius(world, v->stage->scene.root));
+        v->controller = v->home;
+    else if (!parallel || v->controller.parallel != parallel) // else it stays as near, too
+        ng_camera_controller_see(&v->controller, v->home.lens, parallel);
 
     struct ng_name name;
     memcpy(name.text, camera_name, sizeof camera_name);
-    struct ng_camera lens = *(const struct ng_camera *)ng_world_get(world, model, NG_CAMERA);
     struct ng_transform transform = ng_camera_controller_transform(&v->controller);
-    v->height_at_1m = lens.height / v->controller.distance;
     v->camera = ng_entity_create(world);
     NG_TRY(ng_world_add(world, v->camera, NG_NAME, &name));
     NG_TRY(ng_world_add(world, v->camera, NG_CAMERA, &lens));
@@ -268,6 +279,9 @@ static ng_result follow_files(struct viewer *v)
     return dropped || ng_watch_changed(v->watch) ? open_wanted(v) : NG_OK;
 }
 
+static void draw(void *user);
+static void wake(void *user);
+
 static ng_result open_viewer(struct viewer *v)
 {
     const struct view *args = v->args;
@@ -297,12 +311,49 @@ static ng_result open_viewer(struct viewer *v)
         .divider = 0.5f,
     };
     v->playback.playing = true;
+    NG_TRY(ng_worker_create(&(struct ng_worker_params){draw, wake, v}, &v->worker));
     return begin_scene(v, false);
 }
 
-static void toggle(bool *shown, bool pressed)
+static void toggle(bool *shown, unsigned pressed)
 {
-    *shown ^= pressed;
+    *shown ^= pressed % 2;
+}
+
+// What a drag or a step of the wheel at (x, y) of the window is about.
+static void take_point(struct viewer *v, const float at[2])
+{
+    float world[3], width = (float)v->window->width, height = (float)v->window->height;
+    if (ng_pick_point(&v->pick, at[0], at[1], world))
+        ng_camera_controller_take(&v->controller, world);
+    else if (width > 0 && height > 0)
+        ng_camera_controller_take_nothing(&v->controller, 2 * at[0] / width - 1, 2 * at[1] / height - 1,
+                                          width / height);
+}
+
+static void frame_thing(struct viewer *v, const struct ng_input *input)
+{
+    float center[3], radius, aspect = (float)v->window->width / fmaxf((float)v->window->height, 1);
+    bool thing = !input->down[NG_KEY_SHIFT] &&
+                 ng_pick_thing(&v->pick, input->pointer[0], input->pointer[1], center, &radius);
+    if (thing)
+        ng_camera_controller_frame(&v->controller, center, radius, aspect);
+    else if (v->pick.radius > 0)
+        ng_camera_controller_frame(&v->controller, v->pick.center, v->pick.radius, aspect);
+}
+
+static void steer(struct viewer *v, const struct ng_input *input)
+{
+    if (input->pressed['R'])
+        v->controller = v->home;
+    if (input->pressed['F'])
+        frame_thing(v, input);
+    for (int b = 0; b < NG_BUTTON_COUNT; b++)
+        if (input->clicked[b] && b != NG_BUTTON_RIGHT)
+            take_point(v, input->grip[b]);
+    if (input->scroll != 0 && !ng_camera_controller_flies(input))
+        take_point(v, input->pointer);
+    ng_camera_controller_update(&v->controller, input, (float)v->window->height);
 }
 
 static void react(struct viewer *v, float seconds)
@@ -317,29 +368,26 @@ static void react(struct viewer *v, float seconds)
     toggle(&v->show_clips, input->pressed[NG_KEY_F1 + 4]);
 
     ng_playback_advance(&v->playback, (double)seconds);
-    if (input->pressed[' '])
-        v->playback.playing = !v->playback.playing;
-    if (input->pressed[NG_KEY_LEFT])
-        ng_playback_scrub(&v->playback, -SCRUB_S);
-    if (input->pressed[NG_KEY_RIGHT])
-        ng_playback_scrub(&v->playback, SCRUB_S);
+    toggle(&v->playback.playing, input->pressed[' ']);
+    int scrubs = input->pressed[NG_KEY_RIGHT] - input->pressed[NG_KEY_LEFT];
+    if (scrubs)
+        ng_playback_scrub(&v->playback, SCRUB_S * scrubs);
     if (input->pressed[NG_KEY_HOME])
         ng_playback_seek(&v->playback, 0);
 
     bool on_ui = ng_ui_has_pointer(v->ui);
     view_picture_react(&v->picture, input, on_ui ? 0 : v->window->width);
     if (!on_ui && !v->picture.dragging)
-        ng_camera_controller_update(&v->controller, input, (float)v->window->height, seconds);
+        steer(v, input);
 }
 
 // A parallel view shows more from farther away only if it is made to.
 static ng_result zoom_camera(struct viewer *v)
 {
     struct ng_camera lens = *(const struct ng_camera *)ng_world_get(v->stage->world, v->camera, NG_CAMERA);
-    float height = fminf(fmaxf(v->height_at_1m * v->controller.distance, 1e-4f), 1e6f);
-    if (lens.projection != NG_PROJECTION_ORTHOGRAPHIC || fabsf(height / lens.height - 1) < 1e-6f)
+    if (!v->controller.parallel || v->controller.lens == lens.height)
         return NG_OK;
-    lens.height = height;
+    lens.height = v->controller.lens;
     return ng_world_set(v->stage->world, v->camera, NG_CAMERA, &lens);
 }
 
@@ -403,10 +451,10 @@ static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng
     return ng_ui_add_pass(v->ui, graph, display);
 }
 
-static ng_result draw(struct viewer *v, float seconds)
+// On the worker's thread.
+static void draw(void *user)
 {
-    struct ng_ui_frame ui = {v->window->width, v->window->height, seconds, &v->window->input};
-    ng_ui_begin(v->ui, &ui);
+    struct viewer *v = user;
     struct ng_stage_frame frame = {
         .time = v->playback.time,
         .still = v->playback.jumped,
@@ -415,9 +463,30 @@ static ng_result draw(struct viewer *v, float seconds)
         .shown = view_picture_shown(&v->picture),
         .overlay = draw_ui,
         .overlay_user = v,
-        .adaptation = 1 - expf(-seconds / ADAPTATION_S),
+        .adaptation = 1 - expf(-v->seconds / ADAPTATION_S),
+        .resources = ng_pick_resources,
+        .resource_count = NG_COUNT(ng_pick_resources),
     };
-    return ng_stage_draw(v->stage, &frame);
+    v->drawn = ng_stage_draw(v->stage, &frame);
+    if (v->drawn == NG_OK)
+        ng_pick_remember(&v->pick, ng_renderer_graph(v->stage->renderer), v->stage->snapshot);
+}
+
+static void wake(void *user)
+{
+    ng_window_wake(((struct viewer *)user)->window);
+}
+
+// A frame is drawn by another thread, so that what a person does meanwhile comes in when it happens.
+static ng_result draw_and_listen(struct viewer *v, float seconds)
+{
+    struct ng_ui_frame ui = {v->window->width, v->window->height, seconds, &v->window->input};
+    ng_ui_begin(v->ui, &ui);
+    v->seconds = seconds;
+    ng_worker_begin(v->worker);
+    while (ng_worker_is_busy(v->worker))
+        ng_window_pump(v->window, LISTEN_S);
+    return v->drawn;
 }
 
 static void show_title(struct viewer *v, double seconds)
@@ -454,7 +523,7 @@ static ng_result loop(struct viewer *v)
             continue;
         }
         NG_TRY(move_camera(v));
-        NG_TRY(draw(v, (float)seconds));
+        NG_TRY(draw_and_listen(v, (float)seconds));
         v->frames++;
     }
     return NG_OK;
@@ -462,7 +531,9 @@ static ng_result loop(struct viewer *v)
 
 static void close_viewer(struct viewer *v)
 {
+    ng_worker_destroy(&v->worker);
     ng_shader_reload_destroy(&v->shaders);
+    ng_pick_finish(&v->pick);
     ng_watch_destroy(&v->watch);
     ng_clip_menu_destroy(&v->clips);
     view_times_finish(&v->times);

@@ -62,15 +62,15 @@ static void drag_divider(struct view_picture *p, const struct ng_input *input, f
 void view_picture_react(struct view_picture *p, const struct ng_input *input, uint32_t width)
 {
     choose_by_key(p, input);
-    if (input->pressed['L'])
+    for (int i = 0; i < input->pressed['L']; i++)
         next_layer(p, input->down[NG_KEY_SHIFT]);
-    if (input->pressed['C'])
+    for (int i = 0; i < input->pressed['C']; i++)
         p->comparison = view_comparison_name(p->comparison + 1) ? p->comparison + 1 : NG_COMPARE_NOTHING;
     if (p->comparison == NG_COMPARE_NOTHING)
         p->active = VIEW_LEFT;
-    else if (input->pressed[NG_KEY_TAB])
+    else if (input->pressed[NG_KEY_TAB] % 2)
         p->active = 1 - p->active;
-    if (input->pressed['X'])
+    if (input->pressed['X'] % 2)
         swap_sides(p);
     p->divider += DIVIDER_STEP * (float)(input->pressed['.'] - input->pressed[',']);
     drag_divider(p, input, (float)width);
