@@ -199,6 +199,8 @@ ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *fra
         .overlay = frame->overlay,
         .overlay_user = frame->overlay_user,
         .adaptation = frame->adaptation,
+        .abandon = frame->abandon,
+        .abandon_user = frame->abandon_user,
     };
     NG_REQUIRE(stage->renderer, "the stage was made without a device");
     NG_REQUIRE(window || (params.width && params.height), "a frame without a window needs a size");

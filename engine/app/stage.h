@@ -80,6 +80,8 @@ struct ng_stage_frame {
     struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph, struct ng_graph_ref display);
     void *overlay_user;
     float adaptation;
+    bool (*abandon)(void *user);
+    void *abandon_user;
 };
 
 // Moves the scene to a time without drawing: what the next frame's motion is measured from.

@@ -94,6 +94,8 @@ const char *ng_result_text(ng_result r)
         return "not found";
     case NG_ERROR_DEVICE:
         return "graphics device failed";
+    case NG_ABANDONED:
+        return "abandoned";
     }
     return "unknown result";
 }

@@ -22,6 +22,7 @@ enum ng_result {
     NG_ERROR_UNSUPPORTED, // valid, but not something this program handles
     NG_ERROR_NOT_FOUND,   // a name or id that nothing answers to
     NG_ERROR_DEVICE,      // no driver, device lost, or the driver refused
+    NG_ABANDONED,         // the caller asked to give it up; nothing is wrong, and nothing is logged
 };
 typedef enum ng_result ng_result;
 

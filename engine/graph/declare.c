@@ -76,7 +76,8 @@ void ng_graph_begin(struct ng_graph *g)
     g->exports.count = 0;
     g->readbacks.count = 0;
     g->pass_count = 0;
-    g->broken = g->compiled = g->has_run = false;
+    g->broken = g->compiled = g->has_run = g->abandoned = false;
+    g->abandon = NULL;
     g->error[0] = 0;
     g->plan = (struct ng_plan){0};
     g->lost_pass = (struct ng_pass){.graph = g};

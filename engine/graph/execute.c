@@ -276,12 +276,18 @@ static bool lacks_input(const struct run *run, const struct ng_pass *p)
     return lacks;
 }
 
+static bool is_abandoned(struct ng_graph *g)
+{
+    g->abandoned = g->abandoned || (g->abandon && g->abandon(g->abandon_user));
+    return g->abandoned;
+}
+
 static ng_result run_pass(struct run *run, uint32_t index)
 {
     const struct ng_plan_step *step = &run->g->plan.steps[index];
     const struct ng_pass *p = run->g->passes.items[step->pass];
     ng_result result = NG_OK;
-    if (lacks_input(run, p)) {
+    if (is_abandoned(run->g) || lacks_input(run, p)) {
         note_writes(run, p, true);
         return NG_OK;
     }
@@ -390,7 +396,20 @@ ng_result ng_graph_execute(struct ng_graph *g, struct ng_cmd **cmd)
     g->last_serial = ng_gpu_serial(g->params.gpu);
     g->slot_serials[g->executed % NG_GPU_FRAMES] = g->last_serial;
     g->executed++;
+    if (result == NG_OK && g->abandoned)
+        return NG_ABANDONED;
     return result != NG_OK ? result : run.result;
+}
+
+void ng_graph_abandon_when(struct ng_graph *g, bool (*abandon)(void *user), void *user)
+{
+    g->abandon = abandon;
+    g->abandon_user = user;
+}
+
+bool ng_pass_is_abandoned(const struct ng_pass_context *ctx)
+{
+    return is_abandoned(ctx->graph);
 }
 
 static struct ng_graph_memory describe(const struct ng_plan_resource *r, void *data)

@@ -247,6 +247,10 @@ struct ng_graph_memory {
     uint32_t width, height, layers;
     uint64_t row_bytes, layer_bytes;
 };
+// Whether the frame has been given up (ng_graph_abandon_when): a CPU pass that takes long asks now and then,
+// and returns NG_ABANDONED.
+bool ng_pass_is_abandoned(const struct ng_pass_context *ctx);
+
 // CPU passes only.
 struct ng_graph_memory ng_pass_memory(const struct ng_pass_context *ctx, struct ng_graph_ref ref);
 
@@ -266,6 +270,13 @@ const char *ng_graph_error(const struct ng_graph *g);
 // the caller's to end. Nothing is recorded if the declaration is broken, so that the last good picture can be
 // shown.
 NG_NODISCARD ng_result ng_graph_execute(struct ng_graph *g, struct ng_cmd **cmd);
+
+// Lets the frame be given up while it runs, since nobody wants it any more. `abandon` is asked before each
+// pass, on the thread of ng_graph_execute. Once it says true the passes that are left do not run; what they
+// should have written counts as not made, as after a failure, so the next frame makes it; and
+// ng_graph_execute returns NG_ABANDONED. Call it between ng_graph_begin, which forgets it, and
+// ng_graph_execute.
+void ng_graph_abandon_when(struct ng_graph *g, bool (*abandon)(void *user), void *user);
 
 // Asks for the content that the resource `name` of this frame has at the end; it may be declared later. Call
 // it between ng_graph_begin and ng_graph_compile. It is an export. Images: mip 0. A name that the frame does

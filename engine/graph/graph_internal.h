@@ -146,6 +146,9 @@ struct ng_graph {
     uint64_t slot_serials[NG_GPU_FRAMES]; // after which the host memory of a slot is free again; 0: it is
     uint64_t last_serial;                 // of the device, after which the last executed frame is done
     bool has_run;                         // this frame was executed
+    bool (*abandon)(void *user);          // whether to give this frame up; null: never
+    void *abandon_user;
+    bool abandoned; // it was
     NG_ARRAY(struct pass_stat) stats;
     NG_ARRAY(uint32_t) stat_slots;
     NG_ARRAY(struct ng_pass_stats) stats_view;

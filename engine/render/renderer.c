@@ -274,6 +274,7 @@ ng_result ng_renderer_frame(struct ng_renderer *r, struct ng_cmd **cmd, const st
     NG_TRY(remember_frame(r, p));
     NG_TRY(ng_scene_gpu_update(r->scene, p->snapshot, p->width, p->height));
     NG_TRY(declare_frame(r, p));
+    ng_graph_abandon_when(r->graph, p->abandon, p->abandon_user);
     return ng_graph_execute(r->graph, cmd);
 }
 

@@ -59,14 +59,19 @@ struct ng_render_params {
     // Of cameras with auto_exposure: the part of the way from the last frame's exposure to this picture's, in
     // stops, for pictures that are seen one after the other; 0: all of it, whatever came before.
     float adaptation;
+    // Whether to give the frame up, asked on this thread while it is made (ng_graph_abandon_when); null:
+    // never.
+    bool (*abandon)(void *user);
+    void *abandon_user;
     // Where the picture goes, scaled to fit if sizes differ: a swapchain's image, left ready to present.
     // Null: nowhere.
     struct ng_gpu_image *target;
 };
 
 // Records one picture into the commands of a frame (gpu/frame.h: ng_frame_begin before, ng_frame_end after,
-// which the caller does in every case). Does not wait for the GPU unless a CPU pass does; `*cmd` may then be
-// another one.
+// which the caller does in every case). NG_ABANDONED if that was asked for: there is no picture, and the next
+// frame is as right as if this one had never been. Does not wait for the GPU unless a CPU pass does; `*cmd`
+// may then be another one.
 NG_NODISCARD ng_result ng_renderer_frame(struct ng_renderer *renderer, struct ng_cmd **cmd,
                                          const struct ng_render_params *params);
 

@@ -220,7 +220,7 @@ static double choose_slice(const struct lf_progressive *p, uint64_t now)
 }
 
 // One slice: at least one region, so that there is progress however slow the machine.
-static ng_result advance(struct lf_progressive *p)
+static ng_result advance(struct lf_progressive *p, const struct ng_pass_context *ctx)
 {
     uint64_t now = ng_clock_ns(), end = now + (uint64_t)(choose_slice(p, now) * 1e9);
     while (is_due(p)) {
@@ -229,13 +229,14 @@ static ng_result advance(struct lf_progressive *p)
             p->next = 0;
             p->stats.samples++;
         }
-        if (ng_clock_ns() >= end)
+        if (ng_clock_ns() >= end || ng_pass_is_abandoned(ctx))
             break;
     }
     return NG_OK;
 }
 
-static ng_result follow(struct lf_progressive *p, const struct ng_frame_info *frame)
+static ng_result follow(struct lf_progressive *p, const struct ng_pass_context *ctx,
+                        const struct ng_frame_info *frame)
 {
     uint64_t picture = key_of(frame);
     bool begins = picture != p->picture;
@@ -245,7 +246,7 @@ static ng_result follow(struct lf_progressive *p, const struct ng_frame_info *fr
         return NG_ERROR_MEMORY;
     if (p->width != frame->width || p->height != frame->height)
         NG_TRY(take_size(p, frame->width, frame->height));
-    return begins ? preview(p) : advance(p);
+    return begins ? preview(p) : advance(p, ctx);
 }
 
 struct pass_data {
@@ -260,7 +261,7 @@ static ng_result run(const struct ng_pass_context *ctx)
     const struct pass_data *d = ctx->data;
     struct lf_progressive *p = d->self;
     p->tracer = d->rays->tracer;
-    p->failed |= follow(p, d->frame) != NG_OK; // logged there; what was found so far stays
+    p->failed |= follow(p, ctx, d->frame) != NG_OK; // logged there; what was found so far stays
     p->slice_end_ns = ng_clock_ns();
     p->stats.resting = !is_due(p);
     for (int i = 0; i < PART_COUNT; i++) {

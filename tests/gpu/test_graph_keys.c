@@ -196,20 +196,34 @@ static void change(struct ng_rng *rng, struct frame *f)
     }
 }
 
+// Gives a frame up before its pass number *left.
+static bool give_up(void *left)
+{
+    return (*(uint32_t *)left)-- == 0;
+}
+
 static void random_frames_equal_a_model_that_redoes_all(void **state)
 {
     NG_UNUSED(state);
     struct ng_gpu *gpu = gpu_test_begin();
     static struct frame f;
-    uint32_t ran = 0, declared = 0, checked = 0, failed = 0;
+    uint32_t ran = 0, declared = 0, checked = 0, failed = 0, abandoned = 0;
     for (uint64_t seed = 0; seed < 120; seed++) {
         struct ng_rng rng = ng_rng_make(seed, 7);
         struct ng_graph *g = make_graph(gpu, seed % 3 == 0);
         ng_graph_ignore_keys(g, seed % 10 == 9);
         make_frame(&rng, &f);
         for (int n = 0; n < 25; n++) {
+            uint32_t left = ng_rng_below(&rng, 4);
             declare(g, &rng, &f);
+            if (ng_rng_below(&rng, 5) == 0)
+                ng_graph_abandon_when(g, give_up, &left);
             ng_result result = run_frame(gpu, g);
+            if (result == NG_ABANDONED) { // whatever it made of it, the next one is right
+                abandoned++;
+                change(&rng, &f);
+                continue;
+            }
             bool any = false;
             for (uint32_t i = 0; i < f.pass_count; i++) {
                 any |= f.passes[i].failed;
@@ -224,9 +238,9 @@ static void random_frames_equal_a_model_that_redoes_all(void **state)
         }
         ng_graph_destroy(&g);
     }
-    print_message("%u of %u passes ran, %u results compared, %u frames with a failure\n", ran, declared,
-                  checked, failed);
-    assert_true(checked > 1000 && failed > 100 && ran * 10 < declared * 8);
+    print_message("%u of %u passes ran, %u results compared, %u frames with a failure, %u given up\n", ran,
+                  declared, checked, failed, abandoned);
+    assert_true(checked > 1000 && failed > 100 && abandoned > 100 && ran * 10 < declared * 8);
     gpu_test_end(gpu);
 }
 
@@ -300,6 +314,17 @@ static void expect_runs(const struct chain *c, uint32_t source, uint32_t middle,
     assert_int_equal(c->runs[2], picture);
 }
 
+// What the picture holds, without making anything.
+static const void *read_picture(struct ng_gpu *gpu, struct ng_graph *g, struct chain *c, uint32_t before)
+{
+    struct ng_graph_memory m;
+    declare_chain(g, c, 10 + before, 1, 64 + 64 * (uint64_t)before);
+    ng_graph_readback(g, "picture");
+    assert_int_equal(run_frame(gpu, g), NG_OK);
+    assert_int_equal(ng_graph_readback_get(g, "picture", &m), NG_OK);
+    return m.data;
+}
+
 static void only_what_changed_runs(void **state)
 {
     NG_UNUSED(state);
@@ -354,6 +379,27 @@ static void what_follows_a_failure_is_made_later(void **state)
     declare_chain(g, &c, 1, 1, 64);
     assert_int_equal(run_frame(gpu, g), NG_OK);
     expect_runs(&c, 2, 1, 1);
+    ng_graph_destroy(&g);
+    gpu_test_end(gpu);
+}
+
+static void what_was_given_up_is_made_later(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_gpu *gpu = gpu_test_begin();
+    struct ng_graph *g = make_graph(gpu, false);
+    for (uint32_t before = 0; before <= 3; before++) {
+        struct chain c = {0};
+        uint32_t left = before;
+        declare_chain(g, &c, 10 + before, 1, 64 + 64 * (uint64_t)before);
+        ng_graph_abandon_when(g, give_up, &left);
+        assert_int_equal(run_frame(gpu, g), before < 3 ? NG_ABANDONED : NG_OK);
+        expect_runs(&c, before > 0, before > 1, before > 2);
+        declare_chain(g, &c, 10 + before, 1, 64 + 64 * (uint64_t)before); // which nobody gives up
+        assert_int_equal(run_frame(gpu, g), NG_OK);
+        assert_int_equal(c.runs[2], 1);
+        assert_int_equal(*(const uint32_t *)read_picture(gpu, g, &c, before), 6);
+    }
     ng_graph_destroy(&g);
     gpu_test_end(gpu);
 }
@@ -422,6 +468,7 @@ int main(void)
         cmocka_unit_test(random_frames_equal_a_model_that_redoes_all),
         cmocka_unit_test(only_what_changed_runs),
         cmocka_unit_test(what_follows_a_failure_is_made_later),
+        cmocka_unit_test(what_was_given_up_is_made_later),
         cmocka_unit_test(what_nobody_reads_takes_no_memory),
         cmocka_unit_test(buffers_of_cpu_passes_share_memory),
     };
