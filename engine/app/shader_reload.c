@@ -299,9 +299,10 @@ static void start(struct ng_shader_reload *r)
         (void)ng_out_of_memory("a thread for shaders");
 }
 
-void ng_shader_reload_update(struct ng_shader_reload *r, struct ng_gpu *gpu)
+bool ng_shader_reload_update(struct ng_shader_reload *r, struct ng_gpu *gpu)
 {
-    if (r->running && atomic_load(&r->done)) {
+    bool taken = r->running && atomic_load(&r->done);
+    if (taken) {
         pthread_join(r->thread, NULL);
         r->running = false;
         take(r, gpu);
@@ -309,6 +310,7 @@ void ng_shader_reload_update(struct ng_shader_reload *r, struct ng_gpu *gpu)
     if (!r->running && (!r->started || ng_watch_changed(r->watch)))
         start(r);
     r->started = true;
+    return taken;
 }
 
 bool ng_shader_reload_failed(const struct ng_shader_reload *r)

@@ -21,8 +21,9 @@ struct ng_shader_reload;
 // Without a stage in the folder: an error.
 NG_NODISCARD ng_result ng_shader_reload_create(const char *folder, struct ng_shader_reload **out);
 void ng_shader_reload_destroy(struct ng_shader_reload **reload);
-// Between frames, in each. Touches no file itself.
-void ng_shader_reload_update(struct ng_shader_reload *reload, struct ng_gpu *gpu);
+// Between frames, now and then. Touches no file itself. True: what was compiled since the last time has been
+// put in place, or has an error, which is said.
+bool ng_shader_reload_update(struct ng_shader_reload *reload, struct ng_gpu *gpu);
 // Whether what is in the files now is not what is drawn.
 bool ng_shader_reload_failed(const struct ng_shader_reload *reload);
 

@@ -20,7 +20,9 @@ struct ng_window_internal {
     // said.
     struct ng_input input;
     uint32_t width, height;
-    bool has_drop;
+    bool stirred, has_drop;
+    bool full_screen;
+    int restored[4]; // place and size before that
     char next_dropped[4096], dropped[4096];
 };
 
@@ -62,7 +64,9 @@ static int key_of_glfw(int key)
 
 static struct ng_window_internal *internal_of(GLFWwindow *handle)
 {
-    return ((struct ng_window *)glfwGetWindowUserPointer(handle))->internal;
+    struct ng_window_internal *internal = ((struct ng_window *)glfwGetWindowUserPointer(handle))->internal;
+    internal->stirred = true; // only callbacks ask
+    return internal;
 }
 
 // GLFW does not tell when an event happened: the moment in which it comes in stands for that.
@@ -116,6 +120,11 @@ static void on_framebuffer_size(GLFWwindow *handle, int width, int height)
     struct ng_window_internal *w = internal_of(handle);
     w->width = (uint32_t)width;
     w->height = (uint32_t)height;
+}
+
+static void on_refresh(GLFWwindow *handle)
+{
+    (void)internal_of(handle);
 }
 
 static const char *glfw_reason(void)
@@ -179,6 +188,7 @@ ng_result ng_window_create(const struct ng_window_params *params, struct ng_wind
     glfwSetScrollCallback(internal->handle, on_scroll);
     glfwSetFramebufferSizeCallback(internal->handle, on_framebuffer_size);
     glfwSetDropCallback(internal->handle, on_drop);
+    glfwSetWindowRefreshCallback(internal->handle, on_refresh);
     *out = w;
     return NG_OK;
 fail:
@@ -248,7 +258,8 @@ void ng_window_wait(struct ng_window *window, double seconds)
     window->dropped = internal->has_drop ? internal->dropped : NULL;
     if (internal->has_drop)
         memcpy(internal->dropped, internal->next_dropped, sizeof internal->dropped);
-    internal->has_drop = false;
+    window->stirred = internal->stirred;
+    internal->has_drop = internal->stirred = false;
     window->closed |= glfwWindowShouldClose(internal->handle) != 0;
 }
 
@@ -274,4 +285,45 @@ void ng_window_set_title(struct ng_window *window, const char *title)
     snprintf(shown, sizeof shown, "%s", title);
     ng_make_printable(shown);
     glfwSetWindowTitle(window->internal->handle, shown);
+}
+
+// The monitor that the middle of a window is on; the first one if it is on none.
+static GLFWmonitor *monitor_of(GLFWwindow *handle)
+{
+    int count, x, y, width, height;
+    GLFWmonitor **monitors = glfwGetMonitors(&count);
+    glfwGetWindowPos(handle, &x, &y);
+    glfwGetWindowSize(handle, &width, &height);
+    for (int i = 0; i < count; i++) {
+        int left, top;
+        const GLFWvidmode *mode = glfwGetVideoMode(monitors[i]);
+        glfwGetMonitorPos(monitors[i], &left, &top);
+        int right = x + width / 2 - left, down = y + height / 2 - top;
+        if (mode && right >= 0 && down >= 0 && right < mode->width && down < mode->height)
+            return monitors[i];
+    }
+    return count > 0 ? monitors[0] : NULL;
+}
+
+void ng_window_set_full_screen(struct ng_window *window, bool full)
+{
+    struct ng_window_internal *w = window->internal;
+    GLFWmonitor *monitor = monitor_of(w->handle);
+    const GLFWvidmode *mode = monitor ? glfwGetVideoMode(monitor) : NULL;
+    int *r = w->restored;
+    if (full == w->full_screen || (full && !mode))
+        return;
+    w->full_screen = full;
+    if (full) {
+        glfwGetWindowPos(w->handle, &r[0], &r[1]);
+        glfwGetWindowSize(w->handle, &r[2], &r[3]);
+        glfwSetWindowMonitor(w->handle, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+    } else {
+        glfwSetWindowMonitor(w->handle, NULL, r[0], r[1], r[2], r[3], GLFW_DONT_CARE);
+    }
+}
+
+bool ng_window_is_full_screen(const struct ng_window *window)
+{
+    return window->internal->full_screen;
 }

@@ -35,6 +35,7 @@ struct ng_window_params {
 struct ng_window {
     uint32_t width, height; // of the framebuffer in pixels; 0 where minimised
     bool closed;            // the person or ng_window_close asked for it
+    bool stirred;           // something happened since the last poll: input, another size, it was uncovered
     struct ng_input input;  // since the last poll
     const char
         *dropped; // path of a file that was dropped on it since the last poll, the first of several; or null
@@ -64,6 +65,9 @@ void ng_window_pump(struct ng_window *window, double seconds);
 void ng_window_wake(struct ng_window *window);
 void ng_window_close(struct ng_window *window);
 void ng_window_set_title(struct ng_window *window, const char *title);
+// Fills the screen that most of the window is on, or goes back to where and as large as it was.
+void ng_window_set_full_screen(struct ng_window *window, bool full);
+bool ng_window_is_full_screen(const struct ng_window *window);
 
 NG_EXTERN_C_END
 

@@ -1,10 +1,55 @@
 #include "imgui_internal.h"
 
 #include "app/input.h"
+#include "editor/layout.h"
 
 #include <imgui.h>
 
-#include <cfloat>
+#include <cstring>
+
+// The windows of this frame and the one before, in the order in which they appeared.
+namespace
+{
+struct window {
+    char title[64];
+    bool shown; // in this frame
+};
+constexpr uint32_t most_windows = 16;
+window windows[most_windows];
+ng_panel panels[most_windows];
+uint32_t window_count, window_at; // that is being filled; most_windows: one too many
+bool frame_open;
+
+// Those that the last frame did not show make room.
+void place_windows(float width, float height)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < window_count; i++) {
+        if (!windows[i].shown)
+            continue;
+        windows[kept] = windows[i];
+        windows[kept].shown = false;
+        panels[kept++] = panels[i];
+    }
+    window_count = kept;
+    ng_layout_panels(width, height, panels, window_count);
+}
+
+// Where it is in the list; a new one wants nothing yet: Dear ImGui measures it in its first frame, hidden.
+uint32_t find_window(const char *title)
+{
+    uint32_t i = 0;
+    while (i < window_count && strncmp(windows[i].title, title, sizeof windows[i].title - 1) != 0)
+        i++;
+    if (i == window_count && i < most_windows) {
+        windows[i] = {};
+        strncpy(windows[i].title, title, sizeof windows[i].title - 1);
+        panels[i] = {};
+        window_count++;
+    }
+    return i;
+}
+} // namespace
 
 void ng_imgui_create(float scale)
 {
@@ -19,6 +64,8 @@ void ng_imgui_create(float scale)
 void ng_imgui_destroy(void)
 {
     ImGui::DestroyContext();
+    frame_open = false;
+    window_count = 0;
 }
 
 const unsigned char *ng_imgui_font(uint32_t *width, uint32_t *height)
@@ -42,6 +89,10 @@ void ng_imgui_begin(float width, float height, float seconds, const struct ng_in
         for (int i = 0; i < NG_BUTTON_COUNT; i++)
             io.MouseDown[i] = input->buttons[i] || input->clicked[i]; // also if it is up again by now
     }
+    if (frame_open) // it was begun and never shown
+        ImGui::EndFrame();
+    frame_open = true;
+    place_windows(width, height);
     ImGui::NewFrame();
 }
 
@@ -50,16 +101,49 @@ bool ng_imgui_has_pointer(void)
     return ImGui::GetIO().WantCaptureMouse;
 }
 
-bool ng_imgui_window_begin(const char *title, float x, float y)
+bool ng_imgui_window_begin(const char *title)
 {
-    const float most = ImGui::GetIO().DisplaySize.y - y;
-    ImGui::SetNextWindowPos(ImVec2(x, y), ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSizeConstraints(ImVec2(0, 0), ImVec2(FLT_MAX, most > 0 ? most : FLT_MAX));
-    return ImGui::Begin(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize);
+    ImGuiWindowFlags flags =
+        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings;
+    window_at = find_window(title);
+    if (window_at < most_windows) {
+        const ng_panel &p = panels[window_at];
+        ImGui::SetNextWindowPos(ImVec2(p.at[0], p.at[1]));
+        ImGui::SetNextWindowSize(ImVec2(p.size[0], p.size[1]));
+        // Said here, since Dear ImGui would find out a frame late.
+        flags |= p.size[0] < p.wanted[0] ? ImGuiWindowFlags_HorizontalScrollbar : 0;
+        flags |= p.size[0] < p.wanted[0] || p.size[1] < p.wanted[1] ? 0 : ImGuiWindowFlags_NoScrollbar;
+    }
+    bool open = ImGui::Begin(title, nullptr, flags);
+    ImGui::BeginGroup();
+    return open;
+}
+
+// What it would take to show all of it.
+static void measure_window(void)
+{
+    ImGui::EndGroup();
+    const ImGuiStyle &style = ImGui::GetStyle();
+    const ImVec2 content = ImGui::GetItemRectSize(), edge = style.WindowPadding;
+    const float title = ImGui::GetFontSize() + 2 * style.FramePadding.y;
+    const float name = ImGui::CalcTextSize(windows[window_at].title).x + 3 * ImGui::GetFontSize();
+    ng_panel &p = panels[window_at];
+    p.wanted[1] = title;
+    if (ImGui::IsWindowCollapsed()) // as wide as before
+        return;
+    p.wanted[0] = content.x + 2 * edge.x > name ? content.x + 2 * edge.x : name;
+    p.wanted[1] += content.y + 2 * edge.y;
+    p.wanted[0] += p.size[1] > 0 && p.size[1] < p.wanted[1] ? style.ScrollbarSize : 0;
 }
 
 void ng_imgui_window_end(void)
 {
+    if (window_at < most_windows) {
+        measure_window();
+        windows[window_at].shown = true;
+    } else {
+        ImGui::EndGroup();
+    }
     ImGui::End();
 }
 
@@ -81,6 +165,16 @@ bool ng_imgui_choice(const char *group, const char *word, bool chosen)
     return now;
 }
 
+bool ng_imgui_slider(const char *name, float *value, float from, float to, const char *format)
+{
+    return ImGui::SliderFloat(name, value, from, to, format);
+}
+
+bool ng_imgui_button(const char *word)
+{
+    return ImGui::Button(word);
+}
+
 void ng_imgui_caption(float x, float y, const char *text)
 {
     const float margin = 3;
@@ -95,6 +189,7 @@ void ng_imgui_caption(float x, float y, const char *text)
 struct ng_imgui_counts ng_imgui_end(void)
 {
     ImGui::Render();
+    frame_open = false;
     const ImDrawData *data = ImGui::GetDrawData();
     uint32_t draws = 0;
     for (int i = 0; i < data->CmdListsCount; i++)

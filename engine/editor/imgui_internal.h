@@ -37,11 +37,13 @@ const unsigned char *ng_imgui_font(uint32_t *width, uint32_t *height);
 
 void ng_imgui_begin(float width, float height, float seconds, const struct ng_input *input);
 bool ng_imgui_has_pointer(void);
-bool ng_imgui_window_begin(const char *title, float x, float y);
+bool ng_imgui_window_begin(const char *title);
 void ng_imgui_window_end(void);
 void ng_imgui_text(const char *fmt, va_list args);
 void ng_imgui_same_line(void);
 bool ng_imgui_choice(const char *group, const char *word, bool chosen);
+bool ng_imgui_slider(const char *name, float *value, float from, float to, const char *format);
+bool ng_imgui_button(const char *word);
 void ng_imgui_caption(float x, float y, const char *text);
 
 // Ends the frame.

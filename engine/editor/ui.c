@@ -97,10 +97,10 @@ bool ng_ui_has_pointer(const struct ng_ui *ui)
     return ng_imgui_has_pointer();
 }
 
-bool ng_ui_window_begin(struct ng_ui *ui, const char *title, float x, float y)
+bool ng_ui_window_begin(struct ng_ui *ui, const char *title)
 {
     NG_UNUSED(ui);
-    return ng_imgui_window_begin(title, x, y);
+    return ng_imgui_window_begin(title);
 }
 
 void ng_ui_window_end(struct ng_ui *ui)
@@ -128,6 +128,18 @@ bool ng_ui_choice(struct ng_ui *ui, const char *group, const char *word, bool ch
 {
     NG_UNUSED(ui);
     return ng_imgui_choice(group, word, chosen);
+}
+
+bool ng_ui_slider(struct ng_ui *ui, const char *name, float *value, float from, float to, const char *format)
+{
+    NG_UNUSED(ui);
+    return ng_imgui_slider(name, value, from, to, format);
+}
+
+bool ng_ui_button(struct ng_ui *ui, const char *word)
+{
+    NG_UNUSED(ui);
+    return ng_imgui_button(word);
 }
 
 void ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...)

@@ -2,7 +2,7 @@
 // render graph.
 //
 //     ng_ui_begin(ui, &frame);
-//     if (ng_ui_window_begin(ui, "keys", 10, 10)) ng_ui_text(ui, "%s", "F1: keys");
+//     if (ng_ui_window_begin(ui, "keys")) ng_ui_text(ui, "%s", "F1: keys");
 //     ng_ui_window_end(ui);
 //     ...
 //     picture = ng_ui_add_pass(ui, graph, picture);     // inside of a frame's declaration
@@ -39,10 +39,10 @@ void ng_ui_begin(struct ng_ui *ui, const struct ng_ui_frame *frame);
 // Whether the person's pointer is on a window, so that the scene should not react to it.
 bool ng_ui_has_pointer(const struct ng_ui *ui);
 
-// A window that fits what is in it, at pixels (x, y) from the top left when it first appears, in front of the
-// others whenever it appears; what would reach below the picture is scrolled to. False if it is collapsed:
-// skip its content, but end it.
-bool ng_ui_window_begin(struct ng_ui *ui, const char *title, float x, float y);
+// A window that fits what is in it, where there is room beside those that are there already
+// (editor/layout.h); what has no room in it is scrolled to. False if it is collapsed: skip its content, but
+// end it.
+bool ng_ui_window_begin(struct ng_ui *ui, const char *title);
 void ng_ui_window_end(struct ng_ui *ui);
 void ng_ui_text(struct ng_ui *ui, const char *fmt, ...) NG_PRINTF(2, 3);
 
@@ -51,6 +51,12 @@ void ng_ui_same_line(struct ng_ui *ui);
 // One of several words to choose from; true if the person chose it now. `group` tells apart choices of the
 // same name.
 bool ng_ui_choice(struct ng_ui *ui, const char *group, const char *word, bool chosen);
+
+// A number on a bar, from `from` to `to`; `format` as of printf, for one double. True if the person changed
+// it.
+bool ng_ui_slider(struct ng_ui *ui, const char *name, float *value, float from, float to, const char *format);
+// True if the person pressed it.
+bool ng_ui_button(struct ng_ui *ui, const char *word);
 
 // A line of text on a dark ground, over everything and no window's: pointers pass through. (x, y) is its
 // corner that is nearest to the picture's, in pixels from the left, or if negative from the right, and the

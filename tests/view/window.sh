@@ -4,6 +4,7 @@
 # start OPTION...: opens the scene in a window.
 start() {
     "$program" view "$scene" "$@" >log 2>&1 &
+    mark=0
     viewer=$!
 }
 trap 'kill $viewer 2>/dev/null || true' EXIT
@@ -56,21 +57,16 @@ differ() {
 changed() {
     shot "$2" && differ "$1" "$2"
 }
-# Frames drawn so far, as of some time ago: by the title.
-frames() {
-    xdotool getwindowname "$window" | sed 's/.* - frame //'
+# Until all keys and drags before have been taken in: a key that does nothing else puts a mark into the title.
+take_in() {
+    mark=$((${mark-0} + 1))
+    xdotool key F9
+    try title_has "- mark $mark"
 }
-reached() {
-    [ "$(frames)" -ge "$1" ]
-}
-# Until the window shows what was done before. A new title says how many frames there are by now; the next one
-# reads what was done, and two may be on their way to the screen.
-pass_frames() {
-    try reached $(($(frames) + 1)) && try reached $(($(frames) + 3))
-}
-# Two screenshots in a row are equal: nothing moves any more. The picture is $1.
+# The picture is all that was asked for; two screenshots in a row are equal, since one may be on its way to the
+# screen. It is $1.
 settled() {
-    shot before && pass_frames && shot "$1" || return 1
+    take_in && try title_has 'at rest' && shot before && take_in && title_has 'at rest' && shot "$1" || return 1
     cmp -s before.png "$1.png" || [ "$(difference before "$1" | awk '{ print ($1 == 0) }')" = 1 ]
 }
 

@@ -3,14 +3,13 @@
 #include "opening.h"
 #include "scene_file.h"
 #include "view_panels.h"
-#include "view_picture.h"
+#include "view_rate.h"
+#include "view_studio.h"
 
-#include "app/camera_controller.h"
 #include "app/clip_menu.h"
-#include "app/pick.h"
 #include "app/playback.h"
+#include "app/screen.h"
 #include "app/shader_reload.h"
-#include "app/stage.h"
 #include "app/watch.h"
 #include "app/window.h"
 #include "app/worker.h"
@@ -18,18 +17,11 @@
 #include "base/log.h"
 #include "base/result.h"
 #include "base/system.h"
-#include "components/camera.h"
-#include "components/components.h"
-#include "components/name.h"
-#include "components/placement.h"
-#include "components/scene_scale.h"
 #include "editor/ui.h"
-#include "gpu/device.h"
-#include "lightformer/net/net.h"
-#include "lightformer/neural/neural.h"
-#include "scene/world.h"
+#include "render/display.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 struct view {
@@ -90,241 +82,229 @@ static const struct cli_option options[] = {
     CLI_DEVICE(struct view),
 };
 
-static const char keys[] = VIEW_PICTURE_KEYS "left drag     orbit about what is under the pointer\n"
-                                             "right drag    look around\n"
-                                             "middle drag   slide\n"
-                                             "wheel         nearer to it, farther; while flying: speed\n"
-                                             "W A S D       fly; E up, Q down, Shift faster\n"
-                                             "F, Shift+F    all of what is under the pointer; of the scene\n"
-                                             "R             back to where the camera was\n"
-                                             "Space         play, pause\n"
-                                             "Left, Right   scrub a tenth of a second; Home: to the start\n"
-                                             "F1            these keys\n"
-                                             "F2, F3, F5    what to show; what each pass takes; clips\n"
-                                             "F4            hide the captions\n"
-                                             "drop a file   view it instead\n"
-                                             "Escape        quit";
+static const char keys[] =
+    VIEW_PICTURE_KEYS "left drag     orbit about what is under the pointer\n"
+                      "right drag    look around\n"
+                      "middle drag   slide\n"
+                      "wheel         nearer to it, farther; while flying: speed\n"
+                      "W A S D       fly; E up, Q down, Shift faster\n"
+                      "F, Shift+F    all of what is under the pointer; of the scene\n"
+                      "R             back to where the camera was\n"
+                      "Space         play, pause\n"
+                      "Left, Right   scrub a tenth of a second; Home: to the start\n"
+                      "F1            these keys\n"
+                      "F2, F3, F5    what to show; what each pass takes; cameras and clips\n"
+                      "F4            hide the captions\n"
+                      "F11           full screen\n"
+                      "- = 0         darker, brighter, as the scene has it\n"
+                      "V             the next camera of the scene\n"
+                      "drop a file   view it instead\n"
+                      "Escape        quit";
 
 #define SCRUB_S          0.1
-#define ADAPTATION_S     0.4f // in which the exposure goes most of the way to where it should be
+#define STOPS            (1.0f / 3) // a step of the exposure
+#define MOST_STOPS       16.0f
+#define ADAPTED_S        2.5 // after which the exposure may as well be where it should be
 #define TITLE_INTERVAL_S 0.25
-#define LISTEN_S         0.1 // at a time
-#define FRAME_SMOOTHING  0.1 // weight of the newest frame in the time that is shown
+#define LISTEN_S         0.25 // at a time, where nothing happens
+#define FLIGHT_S         0.016
+#define SETTLING         3 // redraws after something happened: Dear ImGui measures first
 
+// The window's thread: it listens, steers, and shows the last picture with what is over it. Pictures are made
+// in the studio by a worker, whose frame is ours while that is not busy.
 struct viewer {
     const struct view *args;
     struct ng_window *window;
-    struct ng_stage *stage;
+    struct ng_screen *screen;
     struct ng_ui *ui;
     struct ng_watch *watch;           // on the scene's files and weights
     struct ng_shader_reload *shaders; // null: those built in
-    struct ng_clip_menu *clips;
-    char wanted[4096];                            // path of what was asked for last
-    char scene[4096];                             // path of what is shown
-    const char *weights;                          // of the network, as asked for; null: the scene's own
-    bool opened;                                  // a scene has been shown
-    bool failed;                                  // what was opened or changed last could not be loaded
-    void *methods[METHOD_MAX];                    // states, in the order of method_of
-    struct ng_camera_controller controller, home; // now; as the scene has it
-    struct ng_pick pick;                          // in the last frame
-    struct ng_worker *worker;                     // draws frames
-    float seconds;                                // that the frame at work follows the last one by
-    ng_result drawn;                              // of the frame at work
+    struct ng_worker *worker;
+    struct view_studio *studio;
+    struct view_order order; // what is wanted now
+    struct view_frame shown; // what is on the screen
+    struct ng_camera_controller controller;
     struct ng_playback playback;
-    ng_entity camera; // our own, so that neither a parent nor an animation moves it
     struct view_picture picture;
-    struct view_times times;
-    double frame_ms;
-    double title_age_s;
-    uint32_t frames;
+    struct view_rate rate;
+    double now, changed, handed; // seconds: this poll's, when the order last changed, when one was handed in
+    // Of the worker:
+    struct view_order begun;
+    struct view_frame made;
+    bool jumped, moves;      // of what was begun: its time did; its camera is not where it was
+    float seconds;           // since the one before
+    bool begun_any, waiting; // something was begun, and what came of it has not been looked at
+    bool again;              // what came of it is no picture, or shaders have changed since
+    atomic_bool abandon;     // it is not wanted any more
+    // On the screen:
+    bool jumps;       // the time has jumped since the last order was handed in
+    uint32_t redraws; // still to do
+    uint32_t frames, mark;
+    double title_set;
+    char title[1024];
     bool show_keys, show_choices, show_times, show_clips, hide_captions;
 };
 
-static const char camera_name[] = "lightformer:view";
-
-static float scene_radius(const struct ng_world *world, ng_entity root)
+static bool is_shown(const struct viewer *v)
 {
-    const struct ng_scene_scale *scale = ng_world_get(world, root, NG_SCENE_SCALE);
-    return scale ? scale->radius : 1;
+    return v->shown.width > 0;
 }
 
-// A camera like the scene's own, free to move, there or where the last one was.
-static ng_result create_camera(struct viewer *v, bool stay)
+static bool is_loading(const struct viewer *v)
 {
-    struct ng_world *world = v->stage->world;
-    ng_entity model = v->stage->scene.camera;
-    const struct ng_placement *placement = ng_world_get(world, model, NG_PLACEMENT);
-    struct ng_camera lens = *(const struct ng_camera *)ng_world_get(world, model, NG_CAMERA);
-    bool parallel = lens.projection == NG_PROJECTION_ORTHOGRAPHIC;
-    ng_camera_controller_look(&v->home, placement->matrix, scene_radius(world, v->stage->scene.root));
-    ng_camera_controller_see(&v->home, parallel ? lens.height : 2 * tanf(lens.fov_y / 2), parallel);
-    if (!stay)
-        v->controller = v->home;
-    else if (!parallel || v->controller.parallel != parallel) // else it stays as near, too
-        ng_camera_controller_see(&v->controller, v->home.lens, parallel);
-
-    struct ng_name name;
-    memcpy(name.text, camera_name, sizeof camera_name);
-    struct ng_transform transform = ng_camera_controller_transform(&v->controller);
-    v->camera = ng_entity_create(world);
-    NG_TRY(ng_world_add(world, v->camera, NG_NAME, &name));
-    NG_TRY(ng_world_add(world, v->camera, NG_CAMERA, &lens));
-    return ng_world_add(world, v->camera, NG_TRANSFORM, &transform);
+    return !is_shown(v) || v->order.opening != v->shown.order.opening;
 }
 
-// All methods are at hand; without weights for it the neural one shows nothing, unless it was asked for.
-static ng_result open_methods(struct viewer *v)
+// ---- Orders
+// ------------------------------------------------------------------------------------------------
+
+static void write_order(struct viewer *v)
 {
-    const struct view *args = v->args;
-    struct method_params params = {
-        .stage = v->stage, .scene = v->scene, .weights = v->weights, .samples = args->samples};
-    const struct method *m;
-    for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++) {
-        params.optional = v->opened || (i != args->method && !(args->comparison && i == args->other));
-        NG_TRY(method_open(m, &params, &v->methods[i]));
+    struct view_order *o = &v->order;
+    o->pose = ng_camera_controller_transform(&v->controller);
+    o->lens = v->controller.lens;
+    o->width = v->window->width;
+    o->height = v->window->height;
+    o->time = v->playback.time;
+    memcpy(o->sides, v->picture.sides, sizeof o->sides);
+    o->comparison = v->picture.comparison;
+    o->divider = v->picture.divider;
+}
+
+static bool same_order(const struct view_order *a, const struct view_order *b)
+{
+    return memcmp(a, b, sizeof *a) == 0;
+}
+
+// A clip that plays makes the next picture another one, but the one at work none that nobody wants.
+static bool differs_in_more_than_time(const struct view_order *a, const struct view_order *b)
+{
+    static struct view_order at_that_time;
+    at_that_time = *a;
+    at_that_time.time = b->time;
+    return !same_order(&at_that_time, b);
+}
+
+static bool asks_for_frames(const struct viewer *v)
+{
+    return v->args->frames > 0;
+}
+
+// The exposure follows with time, though nothing else changes. Its last step is all of what is left.
+static bool adapts(const struct viewer *v)
+{
+    return v->shown.auto_exposure && v->handed < v->changed + ADAPTED_S;
+}
+
+static bool wants_picture(const struct viewer *v)
+{
+    if (!v->window->width || !v->window->height)
+        return false;
+    return !v->begun_any || v->again || asks_for_frames(v) || !same_order(&v->order, &v->begun) ||
+           v->shown.unfinished || adapts(v);
+}
+
+static bool is_unwanted(void *user)
+{
+    return atomic_load(&((struct viewer *)user)->abandon);
+}
+
+static void make_picture(void *user)
+{
+    struct viewer *v = user;
+    const struct view_drawing drawing = {
+        .order = &v->begun, .jumped = v->jumped, .seconds = v->seconds, .abandon = is_unwanted, .user = v};
+    view_studio_draw(v->studio, &drawing, &v->made);
+}
+
+static void wake(void *user)
+{
+    ng_window_wake(((struct viewer *)user)->window);
+}
+
+// A picture that is being made is given up for the next, but not that one, too: while a camera moves,
+// pictures are of where it was a moment ago, and all of them are seen.
+static void give_up(struct viewer *v)
+{
+    if (!v->moves && !v->again && differs_in_more_than_time(&v->order, &v->begun))
+        atomic_store(&v->abandon, true);
+}
+
+static void hand_in(struct viewer *v)
+{
+    write_order(v);
+    if (v->waiting) {
+        give_up(v);
+        return;
     }
-    return NG_OK;
+    if (!wants_picture(v))
+        return;
+    bool last_step = v->now >= v->changed + ADAPTED_S;
+    v->moves = v->begun_any && memcmp(&v->order.pose, &v->begun.pose, sizeof v->order.pose) != 0;
+    v->seconds = last_step ? INFINITY : (float)(v->now - v->handed);
+    v->jumped = v->jumps;
+    v->jumps = false;
+    v->handed = v->now;
+    if (!v->begun_any || !same_order(&v->order, &v->begun))
+        v->changed = v->now;
+    v->begun = v->order;
+    v->begun_any = v->waiting = true;
+    atomic_store(&v->abandon, false);
+    ng_worker_begin(v->worker);
 }
 
-static void close_methods(struct viewer *v)
+static void take_frame(struct viewer *v)
 {
-    const struct method *m;
-    for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++)
-        method_close(m, &v->methods[i]);
+    struct view_frame before = v->shown;
+    v->shown = v->made;
+    v->made = before; // its memory is used again
+    ng_screen_take(v->screen, v->shown.pixels.items, v->shown.width, v->shown.height);
+    if (v->shown.from_home) {
+        v->controller = v->shown.home;
+        v->begun.pose = ng_camera_controller_transform(&v->controller); // as the picture has it
+        v->begun.lens = v->controller.lens;
+    }
+    v->playback.duration = v->shown.duration;
+    view_rate_add(&v->rate, v->now, v->shown.ms);
+    v->redraws = SETTLING;
+    v->frames++;
 }
 
-// ---- What is shown ---------------------------------------------------------------------------------------
-
-static void watch_file(void *user, const char *path)
+// Looks at what the worker has made, if it has.
+static ng_result collect(struct viewer *v)
 {
-    (void)ng_watch_add(((struct viewer *)user)->watch, path); // without memory for it, it is not watched
-}
-
-// Besides the files that the document names.
-static void watch_scene(struct viewer *v, const char *scene, const char *weights)
-{
-    char found[4096];
-    watch_file(v, scene);
-    if (weights || lf_neural_find_weights(scene, found, sizeof found))
-        watch_file(v, weights ? weights : found);
-}
-
-static struct ng_stage_params stage_params(struct viewer *v, const char *scene)
-{
-    const struct view *args = v->args;
-    struct ng_stage_params params = {
-        .scene = scene, .device = args->device, .threads = args->threads, .file = watch_file, .user = v};
-    opening_apply(&args->opening, &params);
-    return params;
-}
-
-// What belongs to the scene on the stage, which has not run yet.
-static ng_result begin_scene(struct viewer *v, bool again)
-{
-    watch_scene(v, v->scene, v->weights);
-    NG_TRY(open_methods(v));
-    NG_TRY(ng_clip_menu_create(v->stage->world, v->stage->assets, v->stage->scene.root, &v->clips));
-    double time = again ? v->playback.time : 0;
-    v->playback.duration = (double)v->stage->scene.duration;
-    ng_playback_seek(&v->playback, time);
-    NG_TRY(ng_stage_seek(v->stage, v->playback.time, NULL)); // places the scene's camera
-    NG_TRY(create_camera(v, again));
-    v->opened = true;
-    return NG_OK;
-}
-
-// Whether a scene's network, if it has one, can be read.
-static bool has_good_weights(const char *scene, const char *weights)
-{
-    char found[4096];
-    struct lf_net *net = NULL;
-    if (!weights && lf_neural_find_weights(scene, found, sizeof found))
-        weights = found;
-    bool good = !weights || lf_net_load(weights, &net) == NG_OK;
-    lf_net_destroy(&net);
-    return good;
-}
-
-// Shows the scene that is wanted. What cannot be loaded changes nothing, and is tried again when its files
-// change.
-static ng_result open_wanted(struct viewer *v)
-{
-    bool again = strcmp(v->wanted, v->scene) == 0;
-    const char *weights = again ? v->weights : NULL;
-    struct ng_stage *next = NULL;
-    struct ng_stage_params params = stage_params(v, v->wanted);
-    params.no_device = true;
-    ng_watch_clear(v->watch);
-    v->failed = scene_file_check(v->wanted) != NG_OK || !has_good_weights(v->wanted, weights) ||
-                ng_stage_create(&params, &next) != NG_OK;
-    if (v->failed) {
-        watch_scene(v, v->wanted, weights);
+    if (!v->waiting || ng_worker_is_busy(v->worker))
         return NG_OK;
-    }
-    close_methods(v);
-    ng_clip_menu_destroy(&v->clips);
-    NG_TRY(ng_stage_adopt(v->stage, &next));
-    memcpy(v->scene, v->wanted, sizeof v->scene);
-    v->weights = weights;
-    return begin_scene(v, again);
+    v->waiting = false;
+    v->again = v->made.result == NG_ABANDONED;
+    if (v->again)
+        return NG_OK;
+    NG_TRY(v->made.result);
+    take_frame(v);
+    return NG_OK;
 }
 
-static ng_result follow_files(struct viewer *v)
-{
-    const char *dropped = v->window->dropped;
-    if (v->shaders)
-        ng_shader_reload_update(v->shaders, v->stage->gpu);
-    if (dropped)
-        snprintf(v->wanted, sizeof v->wanted, "%s", dropped);
-    return dropped || ng_watch_changed(v->watch) ? open_wanted(v) : NG_OK;
-}
-
-static void draw(void *user);
-static void wake(void *user);
-
-static ng_result open_viewer(struct viewer *v)
-{
-    const struct view *args = v->args;
-    struct ng_window_params window = {
-        .title = ng_path_name(args->scene), .width = args->size.width, .height = args->size.height};
-    NG_TRY(scene_file_check(args->scene));
-    if (!ng_file_exists(args->scene)) { // better known before there is a window
-        ng_log_error("%s: cannot open: there is no such file", args->scene);
-        return NG_ERROR_NOT_FOUND;
-    }
-    if (args->shaders)
-        NG_TRY(ng_shader_reload_create(args->shaders, &v->shaders));
-    NG_TRY(ng_window_create(&window, &v->window));
-    NG_TRY(ng_watch_create(&v->watch));
-    snprintf(v->scene, sizeof v->scene, "%s", args->scene);
-    memcpy(v->wanted, v->scene, sizeof v->wanted);
-    v->weights = args->weights;
-    struct ng_stage_params stage = stage_params(v, v->scene);
-    stage.window = v->window;
-    NG_TRY(ng_stage_create(&stage, &v->stage));
-    struct ng_ui_params ui = {.gpu = v->stage->gpu, .format = VK_FORMAT_R8G8B8A8_UNORM};
-    NG_TRY(ng_ui_create(&ui, &v->ui));
-    uint32_t other = args->other != args->method ? args->other : args->method == 0; // itself shows nothing
-    v->picture = (struct view_picture){
-        .sides = {{args->method, args->layer}, {other, args->layer}},
-        .comparison = args->comparison,
-        .divider = 0.5f,
-    };
-    v->playback.playing = true;
-    NG_TRY(ng_worker_create(&(struct ng_worker_params){draw, wake, v}, &v->worker));
-    return begin_scene(v, false);
-}
+// ---- What a person does
+// ------------------------------------------------------------------------------------
 
 static void toggle(bool *shown, unsigned pressed)
 {
     *shown ^= pressed % 2;
 }
 
+// From pixels of the window to those of the picture, which may still be of another size.
+static void to_picture(const struct viewer *v, const float at[2], float out[2])
+{
+    out[0] = at[0] * (float)v->shown.width / fmaxf((float)v->window->width, 1);
+    out[1] = at[1] * (float)v->shown.height / fmaxf((float)v->window->height, 1);
+}
+
 // What a drag or a step of the wheel at (x, y) of the window is about.
 static void take_point(struct viewer *v, const float at[2])
 {
-    float world[3], width = (float)v->window->width, height = (float)v->window->height;
-    if (ng_pick_point(&v->pick, at[0], at[1], world))
+    float world[3], in_picture[2], width = (float)v->window->width, height = (float)v->window->height;
+    to_picture(v, at, in_picture);
+    if (ng_pick_point(&v->shown.pick, in_picture[0], in_picture[1], world))
         ng_camera_controller_take(&v->controller, world);
     else if (width > 0 && height > 0)
         ng_camera_controller_take_nothing(&v->controller, 2 * at[0] / width - 1, 2 * at[1] / height - 1,
@@ -333,21 +313,17 @@ static void take_point(struct viewer *v, const float at[2])
 
 static void frame_thing(struct viewer *v, const struct ng_input *input)
 {
-    float center[3], radius, aspect = (float)v->window->width / fmaxf((float)v->window->height, 1);
-    bool thing = !input->down[NG_KEY_SHIFT] &&
-                 ng_pick_thing(&v->pick, input->pointer[0], input->pointer[1], center, &radius);
-    if (thing)
+    const struct ng_pick *pick = &v->shown.pick;
+    float center[3], at[2], radius, aspect = (float)v->window->width / fmaxf((float)v->window->height, 1);
+    to_picture(v, input->pointer, at);
+    if (!input->down[NG_KEY_SHIFT] && ng_pick_thing(pick, at[0], at[1], center, &radius))
         ng_camera_controller_frame(&v->controller, center, radius, aspect);
-    else if (v->pick.radius > 0)
-        ng_camera_controller_frame(&v->controller, v->pick.center, v->pick.radius, aspect);
+    else if (pick->radius > 0)
+        ng_camera_controller_frame(&v->controller, pick->center, pick->radius, aspect);
 }
 
 static void steer(struct viewer *v, const struct ng_input *input)
 {
-    if (input->pressed['R'])
-        v->controller = v->home;
-    if (input->pressed['F'])
-        frame_thing(v, input);
     for (int b = 0; b < NG_BUTTON_COUNT; b++)
         if (input->clicked[b] && b != NG_BUTTON_RIGHT)
             take_point(v, input->grip[b]);
@@ -356,9 +332,30 @@ static void steer(struct viewer *v, const struct ng_input *input)
     ng_camera_controller_update(&v->controller, input, (float)v->window->height);
 }
 
-static void react(struct viewer *v, float seconds)
+static void next_camera(struct viewer *v, uint32_t steps)
 {
-    const struct ng_input *input = &v->window->input;
+    size_t count = v->shown.cameras.count;
+    if (!count || !steps)
+        return;
+    v->order.camera = (uint32_t)((v->order.camera + steps) % count);
+    v->order.looks++;
+}
+
+static void react_to_clock(struct viewer *v, const struct ng_input *input, double seconds)
+{
+    if (v->playback.duration > 0) // else time changes nothing
+        ng_playback_advance(&v->playback, seconds);
+    toggle(&v->playback.playing, input->pressed[' ']);
+    int scrubs = input->pressed[NG_KEY_RIGHT] - input->pressed[NG_KEY_LEFT];
+    if (scrubs)
+        ng_playback_scrub(&v->playback, SCRUB_S * scrubs);
+    if (input->pressed[NG_KEY_HOME])
+        ng_playback_seek(&v->playback, 0);
+    v->jumps |= v->playback.jumped;
+}
+
+static void react_to_keys(struct viewer *v, const struct ng_input *input)
+{
     if (input->pressed[NG_KEY_ESCAPE])
         ng_window_close(v->window);
     toggle(&v->show_keys, input->pressed[NG_KEY_F1]);
@@ -366,61 +363,77 @@ static void react(struct viewer *v, float seconds)
     toggle(&v->show_times, input->pressed[NG_KEY_F1 + 2]);
     toggle(&v->hide_captions, input->pressed[NG_KEY_F1 + 3]);
     toggle(&v->show_clips, input->pressed[NG_KEY_F1 + 4]);
+    v->mark += input->pressed[NG_KEY_F1 + 8];
+    if (input->pressed[NG_KEY_F1 + 10] % 2)
+        ng_window_set_full_screen(v->window, !ng_window_is_full_screen(v->window));
+    float stops = v->order.stops + STOPS * (float)(input->pressed['='] - input->pressed['-']);
+    v->order.stops = input->pressed['0'] ? 0 : fminf(fmaxf(stops, -MOST_STOPS), MOST_STOPS);
+    if (input->pressed['R'])
+        v->controller = v->shown.home;
+    if (input->pressed['F'])
+        frame_thing(v, input);
+    next_camera(v, input->pressed['V']);
+}
 
-    ng_playback_advance(&v->playback, (double)seconds);
-    toggle(&v->playback.playing, input->pressed[' ']);
-    int scrubs = input->pressed[NG_KEY_RIGHT] - input->pressed[NG_KEY_LEFT];
-    if (scrubs)
-        ng_playback_scrub(&v->playback, SCRUB_S * scrubs);
-    if (input->pressed[NG_KEY_HOME])
-        ng_playback_seek(&v->playback, 0);
-
+static void react(struct viewer *v, double seconds)
+{
+    const struct ng_input *input = &v->window->input;
     bool on_ui = ng_ui_has_pointer(v->ui);
+    react_to_clock(v, input, seconds);
+    react_to_keys(v, input);
     view_picture_react(&v->picture, input, on_ui ? 0 : v->window->width);
     if (!on_ui && !v->picture.dragging)
         steer(v, input);
+    if (v->window->stirred)
+        v->redraws = SETTLING;
 }
 
-// A parallel view shows more from farther away only if it is made to.
-static ng_result zoom_camera(struct viewer *v)
+static void follow_files(struct viewer *v)
 {
-    struct ng_camera lens = *(const struct ng_camera *)ng_world_get(v->stage->world, v->camera, NG_CAMERA);
-    if (!v->controller.parallel || v->controller.lens == lens.height)
-        return NG_OK;
-    lens.height = v->controller.lens;
-    return ng_world_set(v->stage->world, v->camera, NG_CAMERA, &lens);
+    const char *dropped = v->window->dropped;
+    bool another = dropped && strcmp(dropped, v->order.scene) != 0;
+    if (!dropped && !ng_watch_changed(v->watch))
+        return;
+    v->order.opening++;
+    if (!another)
+        return;
+    memset(v->order.scene, 0, sizeof v->order.scene); // orders are compared as bytes
+    snprintf(v->order.scene, sizeof v->order.scene, "%s", dropped);
+    v->order.clip = NG_CLIPS_FIRST;
+    v->order.camera = 0;
+    ng_playback_seek(&v->playback, 0);
 }
 
-static ng_result move_camera(struct viewer *v)
+// Between two pictures the studio's device is ours.
+static void follow_shaders(struct viewer *v)
 {
-    struct ng_transform transform = ng_camera_controller_transform(&v->controller);
-    NG_TRY(zoom_camera(v));
-    return ng_world_set(v->stage->world, v->camera, NG_TRANSFORM, &transform);
+    struct ng_gpu *gpu = v->waiting ? NULL : view_studio_gpu(v->studio);
+    if (v->shaders && gpu)
+        v->again |= ng_shader_reload_update(v->shaders, gpu);
 }
 
-// What a side shows and how far it has come: "reference, direct: 12 spp, 1.4 s, 20.1 million rays". Of two
-// sides the one that keys change has a mark.
+// ---- What is over the picture
+// ------------------------------------------------------------------------------
+
+// With a mark if keys change it.
 static void describe_side(const struct viewer *v, uint32_t side, char *out, size_t size)
 {
     const struct view_picture *p = &v->picture;
-    const struct view_side *s = &p->sides[side];
-    const struct method *m = method_of(METHOD_VIEW, s->method);
-    const char *layer = ng_display_layer(s->layer);
-    char progress[128];
-    method_describe(m, v->methods[s->method], progress, sizeof progress);
-    bool marked = p->comparison && p->active == side, plain = strcmp(layer, "beauty") == 0;
-    bool has = ng_renderer_shows(v->stage->renderer, side);
-    snprintf(out, size, "%s%s%s%s%s%s%s", marked ? "> " : "", m->name, plain ? "" : ", ", plain ? "" : layer,
-             has ? "" : " (does not compute it)", progress[0] ? ": " : "", progress);
+    bool marked = p->comparison && p->active == side;
+    snprintf(out, size, "%s%s", marked ? "> " : "", v->shown.sides[side]);
 }
 
 static void draw_captions(struct viewer *v)
 {
     const float edge = 6, line = 20;
-    uint32_t comparison = v->picture.comparison;
-    char text[256];
-    if (v->failed || (v->shaders && ng_shader_reload_failed(v->shaders)))
+    uint32_t comparison = v->shown.order.comparison;
+    char text[300];
+    if (is_loading(v))
+        ng_ui_caption(v->ui, edge, edge, "loading %s", ng_path_name(v->order.scene));
+    else if (v->shown.failed || (v->shaders && ng_shader_reload_failed(v->shaders)))
         ng_ui_caption(v->ui, edge, edge, "what is in the file now cannot be shown: see the terminal");
+    if (!is_shown(v))
+        return;
     describe_side(v, VIEW_LEFT, text, sizeof text);
     ng_ui_caption(v->ui, edge, -edge, "%s", text);
     if (!comparison)
@@ -436,110 +449,174 @@ static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng
 {
     struct viewer *v = user;
     if (v->show_keys) {
-        if (ng_ui_window_begin(v->ui, "Keys", 40, 40))
+        if (ng_ui_window_begin(v->ui, "Keys"))
             ng_ui_text(v->ui, "%s", keys);
         ng_ui_window_end(v->ui);
     }
     if (v->show_choices)
-        view_panel_picture(v->ui, &v->picture);
+        view_panel_picture(v->ui, &v->picture, &v->order.stops, MOST_STOPS);
     if (v->show_times)
-        view_panel_times(v->ui, &v->times, v->stage, v->frame_ms, v->show_choices);
+        view_panel_times(v->ui, &v->shown);
     if (v->show_clips)
-        view_panel_clips(v->ui, v->clips);
+        view_panel_scene(v->ui, &v->shown, &v->order);
     if (!v->hide_captions)
         draw_captions(v);
     return ng_ui_add_pass(v->ui, graph, display);
 }
 
-// On the worker's thread.
-static void draw(void *user)
+static ng_result show(struct viewer *v, double seconds)
 {
-    struct viewer *v = user;
-    struct ng_stage_frame frame = {
-        .time = v->playback.time,
-        .still = v->playback.jumped,
-        .camera = camera_name,
-        .method = view_picture_method(&v->picture),
-        .shown = view_picture_shown(&v->picture),
-        .overlay = draw_ui,
-        .overlay_user = v,
-        .adaptation = 1 - expf(-v->seconds / ADAPTATION_S),
-        .resources = ng_pick_resources,
-        .resource_count = NG_COUNT(ng_pick_resources),
-    };
-    v->drawn = ng_stage_draw(v->stage, &frame);
-    if (v->drawn == NG_OK)
-        ng_pick_remember(&v->pick, ng_renderer_graph(v->stage->renderer), v->stage->snapshot);
-}
-
-static void wake(void *user)
-{
-    ng_window_wake(((struct viewer *)user)->window);
-}
-
-// A frame is drawn by another thread, so that what a person does meanwhile comes in when it happens.
-static ng_result draw_and_listen(struct viewer *v, float seconds)
-{
-    struct ng_ui_frame ui = {v->window->width, v->window->height, seconds, &v->window->input};
+    if (!v->redraws || !v->window->width || !v->window->height)
+        return NG_OK;
+    v->redraws--;
+    struct ng_ui_frame ui = {v->window->width, v->window->height, (float)seconds, &v->window->input};
     ng_ui_begin(v->ui, &ui);
-    v->seconds = seconds;
-    ng_worker_begin(v->worker);
-    while (ng_worker_is_busy(v->worker))
-        ng_window_pump(v->window, LISTEN_S);
-    return v->drawn;
+    return ng_screen_show(v->screen, draw_ui, v);
 }
 
-static void show_title(struct viewer *v, double seconds)
+// Whether all that was asked for is there.
+static bool is_at_rest(const struct viewer *v)
 {
-    v->frame_ms += FRAME_SMOOTHING * (seconds * 1e3 - v->frame_ms);
-    v->title_age_s += seconds;
-    if (v->title_age_s < TITLE_INTERVAL_S)
+    return !v->waiting && !wants_picture(v);
+}
+
+static void write_title(const struct viewer *v, char *out, size_t size)
+{
+    const struct view_figures f = view_rate_of(&v->rate, v->now);
+    const char *name = ng_path_name(is_shown(v) ? v->shown.scene : v->order.scene);
+    char sides[VIEW_SIDES][300], pace[32], clock[64] = "", mark[32] = "";
+    if (!is_shown(v)) {
+        snprintf(out, size, "%s - loading", name);
         return;
-    v->title_age_s = 0;
-    char title[1024], sides[VIEW_SIDES][256];
+    }
     for (uint32_t i = 0; i < VIEW_SIDES; i++)
         describe_side(v, i, sides[i], sizeof sides[i]);
-    bool both = v->picture.comparison;
-    // The number of frames is for those who wait until what they did can be seen (tests/view).
-    snprintf(title, sizeof title, "%s - %.1f ms - %s%s%s - %s at %.2f s - frame %u", ng_path_name(v->scene),
-             v->frame_ms, sides[VIEW_LEFT], both ? " | " : "", both ? sides[VIEW_RIGHT] : "",
-             v->playback.playing ? "playing" : "paused", v->playback.time, v->frames);
+    snprintf(pace, sizeof pace, "%u fps", f.fps);
+    if (v->playback.duration > 0)
+        snprintf(clock, sizeof clock, " - %s at %.2f s", v->playback.playing ? "playing" : "paused",
+                 v->playback.time);
+    if (v->mark) // for tests: what was pressed before the key F9 has been taken in
+        snprintf(mark, sizeof mark, " - mark %u", v->mark);
+    bool both = v->shown.order.comparison;
+    snprintf(out, size, "%s - %s, %.1f ms - full resolution - %s%s%s%s - F1: keys - frame %u%s", name,
+             is_at_rest(v) ? "at rest" : pace, f.ms, sides[VIEW_LEFT], both ? " | " : "",
+             both ? sides[VIEW_RIGHT] : "", clock, v->frames, mark);
+}
+
+// Figures that change in every frame can be read if they change a few times a second.
+static void show_title(struct viewer *v)
+{
+    char title[sizeof v->title];
+    bool rests = is_at_rest(v) && !v->redraws;
+    if (!rests && v->now - v->title_set < TITLE_INTERVAL_S)
+        return;
+    write_title(v, title, sizeof title);
+    if (strcmp(title, v->title) == 0)
+        return;
+    memcpy(v->title, title, sizeof title);
+    v->title_set = v->now;
     ng_window_set_title(v->window, title);
+}
+
+// ---- The whole
+// ---------------------------------------------------------------------------------------------
+
+static ng_result open_screen(struct viewer *v)
+{
+    const struct view *args = v->args;
+    struct ng_window_params window = {
+        .title = ng_path_name(args->scene), .width = args->size.width, .height = args->size.height};
+    NG_TRY(ng_window_create(&window, &v->window));
+    NG_TRY(ng_screen_create(&(struct ng_screen_params){.window = v->window, .device = args->device},
+                            &v->screen));
+    return ng_ui_create(&(struct ng_ui_params){.gpu = v->screen->gpu, .format = VK_FORMAT_R8G8B8A8_UNORM},
+                        &v->ui);
+}
+
+static ng_result open_studio(struct viewer *v)
+{
+    const struct view *args = v->args;
+    NG_TRY(ng_watch_create(&v->watch));
+    struct view_studio_params studio = {.device = args->device,
+                                        .weights = args->weights,
+                                        .threads = args->threads,
+                                        .samples = args->samples,
+                                        .method = args->method,
+                                        .other = args->other,
+                                        .compares = args->comparison,
+                                        .opening = &args->opening,
+                                        .watch = v->watch};
+    NG_TRY(view_studio_create(&studio, &v->studio));
+    return ng_worker_create(&(struct ng_worker_params){make_picture, wake, v}, &v->worker);
+}
+
+static ng_result open_viewer(struct viewer *v)
+{
+    const struct view *args = v->args;
+    NG_TRY(scene_file_check(args->scene));
+    if (!ng_file_exists(args->scene)) { // better known before there is a window
+        ng_log_error("%s: cannot open: there is no such file", args->scene);
+        return NG_ERROR_NOT_FOUND;
+    }
+    if (args->shaders)
+        NG_TRY(ng_shader_reload_create(args->shaders, &v->shaders));
+    uint32_t other = args->other != args->method ? args->other : args->method == 0; // itself shows nothing
+    v->picture = (struct view_picture){
+        .sides = {{args->method, args->layer}, {other, args->layer}},
+        .comparison = args->comparison,
+        .divider = 0.5f,
+    };
+    v->playback.playing = true;
+    v->order.clip = NG_CLIPS_FIRST;
+    v->order.opening = 1;
+    snprintf(v->order.scene, sizeof v->order.scene, "%s", args->scene);
+    v->redraws = SETTLING;
+    NG_TRY(open_screen(v));
+    return open_studio(v);
+}
+
+// How long nothing needs to be done unless something happens.
+static double patience(const struct viewer *v)
+{
+    if (v->redraws)
+        return 0;
+    return !v->waiting && ng_camera_controller_flies(&v->window->input) ? FLIGHT_S : LISTEN_S;
+}
+
+static double clock_s(void)
+{
+    return (double)ng_clock_ns() * 1e-9;
 }
 
 static ng_result loop(struct viewer *v)
 {
-    uint64_t before = ng_clock_ns();
-    while (!v->window->closed && !(v->args->frames && v->frames == v->args->frames)) {
-        ng_window_poll(v->window);
-        uint64_t now = ng_clock_ns();
-        double seconds = (double)(now - before) * 1e-9;
-        before = now;
-        NG_TRY(follow_files(v));
-        react(v, (float)seconds);
-        show_title(v, seconds);
-        if (v->window->width == 0 || v->window->height == 0) {
-            ng_window_wait(v->window, TITLE_INTERVAL_S);
-            continue;
-        }
-        NG_TRY(move_camera(v));
-        NG_TRY(draw_and_listen(v, (float)seconds));
-        v->frames++;
+    v->now = clock_s();
+    while (!v->window->closed && !(asks_for_frames(v) && v->frames >= v->args->frames)) {
+        ng_window_wait(v->window, patience(v));
+        double seconds = clock_s() - v->now;
+        v->now += seconds;
+        follow_files(v);
+        NG_TRY(collect(v));
+        react(v, seconds);
+        follow_shaders(v);
+        hand_in(v);
+        NG_TRY(show(v, seconds));
+        show_title(v);
     }
     return NG_OK;
 }
 
 static void close_viewer(struct viewer *v)
 {
+    atomic_store(&v->abandon, true);
     ng_worker_destroy(&v->worker);
     ng_shader_reload_destroy(&v->shaders);
-    ng_pick_finish(&v->pick);
+    view_studio_destroy(&v->studio);
     ng_watch_destroy(&v->watch);
-    ng_clip_menu_destroy(&v->clips);
-    view_times_finish(&v->times);
+    view_frame_finish(&v->shown);
+    view_frame_finish(&v->made);
     ng_ui_destroy(&v->ui);
-    close_methods(v);
-    ng_stage_destroy(&v->stage);
+    ng_screen_destroy(&v->screen);
     ng_window_destroy(&v->window);
 }
 
@@ -549,7 +626,9 @@ static int run(const void *args)
     if (!opening_check(&values.opening, "view"))
         return CLI_USAGE;
     values.method = method_choose(METHOD_VIEW, values.method, values.scene, values.weights);
-    struct viewer v = {.args = &values};
+    static struct viewer v; // large
+    memset(&v, 0, sizeof v);
+    v.args = &values;
     ng_result result = open_viewer(&v);
     if (result == NG_OK)
         result = loop(&v);

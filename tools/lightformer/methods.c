@@ -106,6 +106,11 @@ static void describe_reference(const void *state, char *out, size_t size)
                  (double)stats.rays * 1e-6);
 }
 
+static bool is_reference_unfinished(const void *state)
+{
+    return !lf_progressive_stats_of(state).resting;
+}
+
 // ---- the table -------------------------------------------------------------------------------------------
 
 static const struct method methods[] = {
@@ -128,7 +133,8 @@ static const struct method methods[] = {
      .doc = "all light, path traced",
      .create = create_reference,
      .destroy = destroy_reference,
-     .describe = describe_reference},
+     .describe = describe_reference,
+     .is_unfinished = is_reference_unfinished},
 };
 
 _Static_assert(NG_COUNT(methods) <= METHOD_MAX, "callers keep a state for each");
@@ -214,6 +220,11 @@ void method_close(const struct method *method, void **state)
 {
     if (method->destroy && *state)
         method->destroy(state);
+}
+
+bool method_is_unfinished(const struct method *method, const void *state)
+{
+    return method->is_unfinished && state && method->is_unfinished(state);
 }
 
 void method_describe(const struct method *method, const void *state, char *out, size_t size)

@@ -37,6 +37,8 @@ struct method {
     void (*destroy)(void **state);
     // What there is to say of its picture so far, for people: "64 spp, 3.1 s". Null: nothing.
     void (*describe)(const void *state, char *out, size_t size);
+    // Whether more frames of the same would make its picture better. Null: never.
+    bool (*is_unfinished)(const void *state);
 };
 
 #define METHOD_MAX 8 // rows of the table at most
@@ -60,6 +62,7 @@ NG_NODISCARD ng_result method_open(const struct method *method, const struct met
 // What is behind the method "neural"; null for others, and without weights.
 struct lf_neural *method_neural(const struct method *method, void *state);
 void method_close(const struct method *method, void **state);
+bool method_is_unfinished(const struct method *method, const void *state);
 // Empty if there is nothing to say.
 void method_describe(const struct method *method, const void *state, char *out, size_t size);
 

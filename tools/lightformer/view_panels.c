@@ -1,14 +1,11 @@
 #include "view_panels.h"
 
 #include "app/clip_menu.h"
-#include "app/stage.h"
 #include "editor/ui.h"
 
 #include <stdio.h>
 
 #define LAYERS_A_LINE 5
-#define EDGE          8.0f
-#define CHOICES_END   245.0f // where the times have room below
 
 static void choose_comparison(struct ng_ui *ui, struct view_picture *p)
 {
@@ -42,74 +39,74 @@ static void choose_side(struct ng_ui *ui, const char *title, struct view_side *s
     }
 }
 
-void view_panel_picture(struct ng_ui *ui, struct view_picture *p)
+void view_panel_picture(struct ng_ui *ui, struct view_picture *p, float *stops, float most_stops)
 {
-    if (ng_ui_window_begin(ui, "Picture", EDGE, EDGE)) {
+    if (ng_ui_window_begin(ui, "Picture")) {
         choose_comparison(ui, p);
         choose_side(ui, p->comparison ? "left" : "shown", &p->sides[VIEW_LEFT]);
         if (p->comparison)
             choose_side(ui, "right", &p->sides[VIEW_RIGHT]);
+        ng_ui_slider(ui, "exposure", stops, -most_stops, most_stops, "%+.1f EV");
     }
     ng_ui_window_end(ui);
 }
 
-// ---- Clips -----------------------------------------------------------------------------------------------
+// ---- Cameras and clips -----------------------------------------------------------------------------------
 
-static void choose_clips(struct ng_ui *ui, struct ng_clip_menu *clips, const char *word, uint32_t choice)
+static void choose_clip(struct ng_ui *ui, struct view_order *order, const char *word, uint32_t clip)
 {
-    if (ng_ui_choice(ui, "clips", word, ng_clip_menu_choice(clips) == choice))
-        ng_clip_menu_play(clips, choice);
+    if (ng_ui_choice(ui, "clips", word, order->clip == clip))
+        order->clip = clip;
 }
 
-void view_panel_clips(struct ng_ui *ui, struct ng_clip_menu *clips)
+static void choose_clips(struct ng_ui *ui, const struct view_frame *shown, struct view_order *order)
 {
-    const char *name;
-    if (ng_ui_window_begin(ui, "Clips", EDGE, EDGE)) {
-        choose_clips(ui, clips, "first of each thing", NG_CLIPS_FIRST);
-        ng_ui_same_line(ui);
-        choose_clips(ui, clips, "all", NG_CLIPS_ALL);
-        ng_ui_same_line(ui);
-        choose_clips(ui, clips, "none", NG_CLIPS_NONE);
-        for (uint32_t i = 0; (name = ng_clip_menu_name(clips, i)); i++) {
+    ng_ui_text(ui, "clips");
+    choose_clip(ui, order, "first of each thing", NG_CLIPS_FIRST);
+    ng_ui_same_line(ui);
+    choose_clip(ui, order, "all", NG_CLIPS_ALL);
+    ng_ui_same_line(ui);
+    choose_clip(ui, order, "none", NG_CLIPS_NONE);
+    for (uint32_t i = 0; i < shown->clips.count; i++) {
+        const struct view_clip *clip = &shown->clips.items[i];
+        char word[128];
+        snprintf(word, sizeof word, "%u %s, %.2f s%s", i + 1, clip->name, (double)clip->duration,
+                 clip->plays ? ", plays" : "");
+        choose_clip(ui, order, word, i);
+    }
+}
+
+void view_panel_scene(struct ng_ui *ui, const struct view_frame *shown, struct view_order *order)
+{
+    if (ng_ui_window_begin(ui, "Scene")) {
+        ng_ui_text(ui, "cameras");
+        for (uint32_t i = 0; i < shown->cameras.count; i++) {
             char word[128];
-            snprintf(word, sizeof word, "%u %.64s, %.2f s%s", i + 1, name,
-                     (double)ng_clip_menu_duration(clips, i), ng_clip_menu_plays(clips, i) ? ", plays" : "");
-            choose_clips(ui, clips, word, i);
+            snprintf(word, sizeof word, "%u %s", i + 1, shown->cameras.items[i].name);
+            if (ng_ui_choice(ui, "cameras", word, order->camera == i)) {
+                order->camera = i;
+                order->looks++; // again, too: it goes back there
+            }
         }
+        if (shown->clips.count)
+            choose_clips(ui, shown, order);
     }
     ng_ui_window_end(ui);
 }
 
 // ---- Times -----------------------------------------------------------------------------------------------
 
-// A pass whose count of runs has not changed since the panel was last shown took no part in the frame.
-static bool ran(const struct view_times *times, size_t pass, uint64_t runs)
+void view_panel_times(struct ng_ui *ui, const struct view_frame *shown)
 {
-    return pass < times->runs.count && runs != times->runs.items[pass];
-}
-
-void view_panel_times(struct ng_ui *ui, struct view_times *times, struct ng_stage *stage, double frame_ms,
-                      bool below_choices)
-{
-    size_t count;
-    const struct ng_pass_stats *passes = ng_graph_stats(ng_renderer_graph(stage->renderer), &count);
-    if (ng_ui_window_begin(ui, "Times", EDGE, below_choices ? CHOICES_END : EDGE)) {
+    if (ng_ui_window_begin(ui, "Times")) {
         ng_ui_text(ui, "    CPU     GPU  ms");
-        ng_ui_text(ui, "%7.2f          frame", frame_ms);
-        ng_ui_text(ui, "%7.2f          world", stage->world_ms);
-        ng_ui_text(ui, "%7.2f          extract", stage->extract_ms);
-        for (size_t i = 0; i < count; i++)
-            if (ran(times, i, passes[i].runs))
-                ng_ui_text(ui, "%7.2f %7.2f  %s", passes[i].cpu_ms, passes[i].gpu_ms, passes[i].name);
+        ng_ui_text(ui, "%7.2f          picture", shown->ms);
+        ng_ui_text(ui, "%7.2f          world", shown->world_ms);
+        ng_ui_text(ui, "%7.2f          extract", shown->extract_ms);
+        for (size_t i = 0; i < shown->passes.count; i++) {
+            const struct view_pass *p = &shown->passes.items[i];
+            ng_ui_text(ui, "%7.2f %7.2f  %s", p->cpu_ms, p->gpu_ms, p->name);
+        }
     }
     ng_ui_window_end(ui);
-    if (!ng_array_resize(&times->runs, count))
-        return; // and nothing is listed
-    for (size_t i = 0; i < count; i++)
-        times->runs.items[i] = passes[i].runs;
-}
-
-void view_times_finish(struct view_times *times)
-{
-    ng_array_finish(&times->runs);
 }

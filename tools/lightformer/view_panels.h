@@ -2,26 +2,15 @@
 #ifndef LIGHTFORMER_VIEW_PANELS_H
 #define LIGHTFORMER_VIEW_PANELS_H
 
-#include "view_picture.h"
+#include "view_studio.h"
 
-#include "base/array.h"
-
-struct ng_clip_menu;
-struct ng_stage;
 struct ng_ui;
 
-// Methods and layers to choose from.
-void view_panel_picture(struct ng_ui *ui, struct view_picture *picture);
-
-// Clips to choose from.
-void view_panel_clips(struct ng_ui *ui, struct ng_clip_menu *clips);
-
-// The passes of the last frame and what each took. Zero to begin with.
-struct view_times {
-    NG_ARRAY(uint64_t) runs; // of each pass, when last shown
-};
-void view_panel_times(struct ng_ui *ui, struct view_times *times, struct ng_stage *stage, double frame_ms,
-                      bool below_choices);
-void view_times_finish(struct view_times *times);
+// Methods and layers to choose from, and the exposure, in stops up and down.
+void view_panel_picture(struct ng_ui *ui, struct view_picture *picture, float *stops, float most_stops);
+// Cameras and clips to choose from.
+void view_panel_scene(struct ng_ui *ui, const struct view_frame *shown, struct view_order *order);
+// The passes of the last frame and what each took.
+void view_panel_times(struct ng_ui *ui, const struct view_frame *shown);
 
 #endif
