@@ -21,18 +21,13 @@ struct ng_content_change {
     struct ng_asset_revision revision; // of what is held
 };
 
-static uint32_t vertex_count(enum ng_asset_kind kind, const union ng_content *c)
-{
-    return kind == NG_ASSET_CAGE ? c->cage.vertex_count : c->geometry.vertex_count;
-}
-
 static void exchange_content(void *change, bool forward)
 {
     struct ng_content_change *c = change;
     struct ng_asset_record *r = ng_asset_find(c->assets, c->id);
     NG_UNUSED(forward);
-    // An edit that was not recorded may have taken it away, or given it other vertices.
-    if (!r || (c->points && vertex_count(c->kind, &r->content) != vertex_count(c->kind, &c->held)))
+    // An edit that was not recorded may have taken it away, or given it another topology, however alike.
+    if (!r || (c->points && r->revision.topology != c->revision.topology))
         return;
     struct ng_assets *a = c->assets;
     a->memory -= ng_content_size(r->kind, &r->content);
