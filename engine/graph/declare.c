@@ -177,6 +177,7 @@ struct ng_graph_ref ng_graph_add_token(struct ng_graph *g, const char *name)
 static struct ng_graph_ref add_kept(struct ng_graph *g, const char *name, struct decl_resource r, bool *valid)
 {
     const struct kept *kept = graph_kept_find(g, name);
+    r.owner = g->owner;
     if (kept && graph_kept_fits(kept, &r)) {
         r.has_content = kept->valid;
         r.initial_layout = kept->layouts[kept->newest];

@@ -118,10 +118,10 @@ struct ng_graph_ref ng_graph_add_buffer(struct ng_graph *g, const char *name,
 
 // Persistent: owned by the graph under its name, keeps content from frame to frame. A frame may read it
 // without declaring a pass that writes it. `*valid` (may be null) is set to whether it has content: false
-// when it is new, when its description changed, or when the last pass that should have written it did not
-// run; then a pass must write it, or the clear value is its content. It lives as long as every frame declares
-// it: a frame that leaves it out releases it. It takes memory from the first frame on in which a pass that
-// runs uses it.
+// when it is new, when its description or its owner (graph/provider.h) is another, or when the last pass that
+// should have written it did not run; then a pass must write it, or the clear value is its content. It lives
+// as long as every frame declares it: a frame that leaves it out releases it. It takes memory from the first
+// frame on in which a pass that runs uses it.
 //
 // Passes that all have keys make it anew, from its clear value or from nothing, whenever one of them has to
 // run. Others find what was there.

@@ -26,6 +26,7 @@ struct decl_resource {
     bool readback; // its final content is to be in host memory
     // Kept from earlier frames:
     uint64_t kept_key; // of the content; 0: unknown
+    uint64_t owner;    // persistent: as struct ng_graph has it
     bool gpu_knows;    // a GPU pass may have used it
     bool in_host_memory;
 };
@@ -70,6 +71,7 @@ struct kept {
     char *name;
     uint64_t hash; // of the name
     bool is_image, history;
+    uint64_t owner; // persistent: whose content it is
     struct ng_graph_image_params image;
     struct ng_graph_buffer_params buffer;
     bool valid;      // object[newest] has content
@@ -118,6 +120,7 @@ struct ng_graph {
     bool unified; // buffers in host memory are as good as any for the GPU
     struct ng_arena arena;
     uint32_t serial; // of the frame, in refs
+    uint64_t owner;  // of what is declared now: a provider's registration; 0: none's
     bool broken, compiled;
     char error[256], logged[256];
 

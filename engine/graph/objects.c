@@ -261,7 +261,8 @@ static bool has_history(enum ng_resource_kind kind)
 
 bool graph_kept_fits(const struct kept *kept, const struct decl_resource *r)
 {
-    return kept->is_image == r->is_image && kept->history == has_history(r->kind) &&
+    bool same_owner = kept->history || kept->owner == r->owner;
+    return same_owner && kept->is_image == r->is_image && kept->history == has_history(r->kind) &&
            (r->is_image ? same_image(&kept->image, &r->image) : kept->buffer.size == r->buffer.size);
 }
 
@@ -344,6 +345,7 @@ static struct kept *find_or_add_kept(struct ng_graph *g, const struct decl_resou
     empty_kept(k);
     k->is_image = d->is_image;
     k->history = has_history(d->kind);
+    k->owner = d->owner;
     k->image = d->image;
     k->buffer = d->buffer;
     return k;

@@ -1,6 +1,8 @@
 // Lists by type: found by the address of the type, kept as arrays of pointers into the frame's memory.
 #include "graph/provider.h"
 
+#include "graph/graph_internal.h"
+
 #include "base/array.h"
 #include "base/log.h"
 
@@ -12,9 +14,17 @@ struct item_list {
     NG_ARRAY(const void *) items;
 };
 
+// What a provider keeps in the graph is its own: another of its name, or the same one registered again, may
+// compute something else, and finds nothing.
+struct registration {
+    struct ng_provider provider;
+    uint64_t number; // never given before
+};
+
 struct ng_composer {
     struct ng_graph *graph;
-    NG_ARRAY(struct ng_provider) providers;
+    NG_ARRAY(struct registration) providers;
+    uint64_t registered;              // so far
     NG_ARRAY(struct item_list) lists; // emptied, not removed, between frames
 };
 
@@ -48,7 +58,7 @@ struct ng_graph *ng_composer_graph(const struct ng_composer *composer)
 static size_t find_provider(const struct ng_composer *composer, const char *name)
 {
     size_t i = 0;
-    while (i < composer->providers.count && strcmp(composer->providers.items[i].name, name) != 0)
+    while (i < composer->providers.count && strcmp(composer->providers.items[i].provider.name, name) != 0)
         i++;
     return i;
 }
@@ -58,7 +68,8 @@ ng_result ng_composer_register(struct ng_composer *composer, const struct ng_pro
     NG_REQUIRE(provider->name && provider->name[0], "ng_composer_register: a provider without a name");
     NG_REQUIRE(find_provider(composer, provider->name) == composer->providers.count,
                "ng_composer_register: provider '%s' is registered already", provider->name);
-    return ng_array_push(&composer->providers, *provider) ? NG_OK : ng_out_of_memory(provider->name);
+    const struct registration registration = {*provider, ++composer->registered};
+    return ng_array_push(&composer->providers, registration) ? NG_OK : ng_out_of_memory(provider->name);
 }
 
 void ng_composer_unregister(struct ng_composer *composer, const char *name)
@@ -74,7 +85,7 @@ void ng_composer_unregister(struct ng_composer *composer, const char *name)
 const struct ng_provider *ng_composer_find(const struct ng_composer *composer, const char *name)
 {
     size_t i = find_provider(composer, name);
-    return i < composer->providers.count ? &composer->providers.items[i] : NULL;
+    return i < composer->providers.count ? &composer->providers.items[i].provider : NULL;
 }
 
 void ng_composer_begin(struct ng_composer *composer)
@@ -121,10 +132,12 @@ ng_result ng_composer_declare(struct ng_composer *composer)
     ng_result first = NG_OK;
     for (int round = 0; round < 2; round++)
         for (size_t i = 0; i < composer->providers.count; i++) {
-            const struct ng_provider *p = &composer->providers.items[i];
-            ng_provider_fn fn = round == 0 ? p->produce : p->consume;
-            ng_result result = fn ? fn(composer, p->user) : NG_OK;
+            const struct registration *r = &composer->providers.items[i];
+            ng_provider_fn fn = round == 0 ? r->provider.produce : r->provider.consume;
+            composer->graph->owner = r->number;
+            ng_result result = fn ? fn(composer, r->provider.user) : NG_OK;
             first = first == NG_OK ? result : first;
         }
+    composer->graph->owner = 0;
     return first;
 }

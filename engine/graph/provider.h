@@ -46,7 +46,8 @@ NG_NODISCARD ng_result ng_composer_create(struct ng_graph *graph, struct ng_comp
 void ng_composer_destroy(struct ng_composer **composer);
 struct ng_graph *ng_composer_graph(const struct ng_composer *composer);
 
-// A name registered twice is refused.
+// A name registered twice is refused. A registration owns the persistent resources that it declares: what is
+// registered in place of another, or once more, finds none of their content.
 NG_NODISCARD ng_result ng_composer_register(struct ng_composer *composer, const struct ng_provider *provider);
 void ng_composer_unregister(struct ng_composer *composer, const char *name);
 // Borrowed until one is registered or unregistered; null if there is none of that name.

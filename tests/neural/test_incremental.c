@@ -230,6 +230,29 @@ static void a_light_that_comes_back_is_followed(void **state)
     room_close(&r);
 }
 
+// Buffers have the names and sizes that they had with the network before.
+static void another_network_starts_anew(void **state)
+{
+    NG_UNUSED(state);
+    struct room r;
+    struct method kept, full;
+    room_open(&r, POINT | PANEL);
+    method_open(&r, NULL, &kept);
+    room_draw(&r, &kept);
+    lf_neural_destroy(&kept.neural);
+    network_write_random(r.weights, 8);
+    OK(lf_neural_create(&(struct lf_neural_params){.weights = r.weights, .jobs = r.scene.jobs},
+                        &kept.neural));
+    OK(lf_neural_join(kept.neural, ng_renderer_composer(kept.renderer)));
+    OK(room_draw_again(&r, &kept));
+    method_open(&r, NULL, &full);
+    OK(room_draw_again(&r, &full));
+    assert_same_picture(&r, &kept, &full, "another network");
+    method_close(&full);
+    method_close(&kept);
+    room_close(&r);
+}
+
 // ---- the graph -------------------------------------------------------------------------------------------
 
 static bool ran(struct ng_renderer *renderer, const char *pass)
@@ -340,6 +363,7 @@ int main(void)
         cmocka_unit_test(what_is_very_near_a_light_is_in_its_light),
         cmocka_unit_test(another_method_encodes_nothing),
         cmocka_unit_test(a_light_that_comes_back_is_followed),
+        cmocka_unit_test(another_network_starts_anew),
         cmocka_unit_test(each_light_has_a_node_of_its_own),
         cmocka_unit_test(maps_are_drawn_only_if_they_are_read),
         cmocka_unit_test(maps_and_rays_see_the_same),
