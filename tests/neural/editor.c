@@ -325,6 +325,21 @@ static struct ng_clip new_clip(struct editor *e, const struct ng_clip *model)
     return clip;
 }
 
+// The joints of another, in another order.
+static struct ng_skeleton new_skeleton(struct editor *e, const struct ng_skeleton *model)
+{
+    struct ng_skeleton skeleton = *model;
+    skeleton.joints = copy_of(model->joints, model->joint_count * sizeof *model->joints);
+    skeleton.inverse_bind = copy_of(model->inverse_bind, model->joint_count * 16 * sizeof(float));
+    for (uint32_t i = skeleton.joint_count; i > 1; i--) {
+        uint32_t k = below(e, i);
+        ng_entity joint = skeleton.joints[i - 1];
+        skeleton.joints[i - 1] = skeleton.joints[k];
+        skeleton.joints[k] = joint;
+    }
+    return skeleton;
+}
+
 static void add_image(struct editor *e)
 {
     struct ng_image image = noise(e, 4);
@@ -333,14 +348,16 @@ static void add_image(struct editor *e)
     snprintf(e->what, sizeof e->what, "a new image");
 }
 
-// A new one, of any kind that can be made of nothing.
+// A new one, of any kind. A skeleton is made of another.
 static void add_asset(struct editor *e)
 {
+    const struct ng_skeleton *model = ng_assets_skeleton(e->assets, any_asset(e, NG_ASSET_SKELETON));
     ng_asset id;
     struct ng_geometry g;
     struct ng_cage cage;
     struct ng_clip clip;
-    switch (below(e, 4)) {
+    struct ng_skeleton skeleton;
+    switch (below(e, model ? 5 : 4)) {
     case 0:
         g = new_geometry(e);
         assert_int_equal(ng_assets_take_geometry(e->assets, "pyramid", &g, &id), NG_OK);
@@ -352,6 +369,10 @@ static void add_asset(struct editor *e)
     case 2:
         clip = new_clip(e, ng_assets_clip(e->assets, any_asset(e, NG_ASSET_CLIP)));
         assert_int_equal(ng_assets_take_clip(e->assets, "clip", &clip, &id), NG_OK);
+        break;
+    case 4:
+        skeleton = new_skeleton(e, model);
+        assert_int_equal(ng_assets_take_skeleton(e->assets, "skeleton", &skeleton, &id), NG_OK);
         break;
     default:
         add_image(e);
@@ -382,11 +403,16 @@ static void edit_texels(struct editor *e)
 {
     ng_asset id = any_asset(e, NG_ASSET_IMAGE);
     const struct ng_image *image = ng_assets_image(e->assets, id);
-    if (!image || image->format == NG_PIXEL_RGBA32F)
+    if (!image)
         return;
-    unsigned char *texels = ng_assets_edit_texels(e->assets, id);
-    for (uint32_t i = 0; i < image->width; i++)
-        texels[i * 4 + below(e, 3)] = (unsigned char)below(e, 256);
+    void *texels = ng_assets_edit_texels(e->assets, id);
+    for (uint32_t i = 0; i < image->width; i++) {
+        uint32_t at = i * 4 + below(e, 3), value = below(e, 256);
+        if (image->format == NG_PIXEL_RGBA32F)
+            ((float *)texels)[at] = (float)value / 64;
+        else
+            ((unsigned char *)texels)[at] = (unsigned char)value;
+    }
     assert_int_equal(ng_assets_changed(e->assets, id), NG_OK);
     snprintf(e->what, sizeof e->what, "texels of image %u", id.id);
 }
@@ -460,8 +486,8 @@ static const struct edit {
     {duplicate_entity, 2, true}, {destroy_entity, 3, true}, {move_below, 2, true},
     {add_asset, 2, true},        {edit_points, 5, true},    {edit_texels, 3, true},
     {edit_keys, 1, true},        {replace_asset, 2, true},  {remove_asset, 2, true},
-    {edit_points, 1, false},     {remove_asset, 1, false},  {take_back, 12, false},
-    {do_again, 4, false},
+    {edit_points, 1, false},     {replace_asset, 1, false}, {remove_asset, 1, false},
+    {take_back, 12, false},      {do_again, 4, false},
 };
 
 static const struct edit *any_edit(struct editor *e)
