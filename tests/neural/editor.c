@@ -10,6 +10,7 @@
 
 #define MAX_WHOLE    2  // of whole numbers, which are levels of subdivision
 #define MAX_ENTITIES 40 // no more are created
+#define MAX_FIELDS   64 // of a component
 
 static uint32_t below(struct editor *e, uint32_t n)
 {
@@ -160,18 +161,30 @@ static void change(struct editor *e, const struct ng_field *f, unsigned char *va
     }
 }
 
+// Any field that an edit may speak of, of any component: a component is chosen as often as it has fields.
+static const struct ng_field *any_field(struct editor *e, ng_component *component)
+{
+    for (;;) {
+        *component = any_component(e);
+        const struct ng_component_desc *desc = ng_world_component(e->world, *component);
+        uint32_t field = below(e, MAX_FIELDS);
+        assert_true(desc->field_count <= MAX_FIELDS);
+        if (field < desc->field_count)
+            return &desc->fields[field];
+    }
+}
+
 static void edit_field(struct editor *e)
 {
-    ng_component c = any_component(e);
-    const struct ng_component_desc *desc = ng_world_component(e->world, c);
+    ng_component c;
+    const struct ng_field *f = any_field(e, &c);
     ng_entity on = any_with(e, 1ull << c);
-    if (ng_entity_is_null(on) || !desc->field_count)
+    if (ng_entity_is_null(on))
         return;
-    const struct ng_field *f = &desc->fields[below(e, desc->field_count)];
     unsigned char *value = (unsigned char *)ng_world_edit(e->world, on, c) + f->offset;
     change(e, f, value);
     assert_true(ng_field_check(f, value, NULL));
-    snprintf(e->what, sizeof e->what, "entity %u's %s.%s", ng_entity_index(on), desc->name, f->name);
+    snprintf(e->what, sizeof e->what, "entity %u's %s.%s", ng_entity_index(on), name_of(e, c), f->name);
 }
 
 static void add_component(struct editor *e)
