@@ -338,12 +338,12 @@ static struct ng_clip new_clip(struct editor *e, const struct ng_clip *model)
     return clip;
 }
 
-// The joints of another, in another order.
+// The joints of another, in another order; or none.
 static struct ng_skeleton new_skeleton(struct editor *e, const struct ng_skeleton *model)
 {
-    struct ng_skeleton skeleton = *model;
-    skeleton.joints = copy_of(model->joints, model->joint_count * sizeof *model->joints);
-    skeleton.inverse_bind = copy_of(model->inverse_bind, model->joint_count * 16 * sizeof(float));
+    struct ng_skeleton skeleton = model ? *model : (struct ng_skeleton){0};
+    skeleton.joints = copy_of(skeleton.joints, skeleton.joint_count * sizeof *skeleton.joints);
+    skeleton.inverse_bind = copy_of(skeleton.inverse_bind, skeleton.joint_count * 16 * sizeof(float));
     for (uint32_t i = skeleton.joint_count; i > 1; i--) {
         uint32_t k = below(e, i);
         ng_entity joint = skeleton.joints[i - 1];
@@ -361,16 +361,15 @@ static void add_image(struct editor *e)
     snprintf(e->what, sizeof e->what, "a new image");
 }
 
-// A new one, of any kind. A skeleton is made of another.
+// A new one, of any kind.
 static void add_asset(struct editor *e)
 {
-    const struct ng_skeleton *model = ng_assets_skeleton(e->assets, any_asset(e, NG_ASSET_SKELETON));
     ng_asset id;
     struct ng_geometry g;
     struct ng_cage cage;
     struct ng_clip clip;
     struct ng_skeleton skeleton;
-    switch (below(e, model ? 5 : 4)) {
+    switch (below(e, 5)) {
     case 0:
         g = new_geometry(e);
         assert_int_equal(ng_assets_take_geometry(e->assets, "pyramid", &g, &id), NG_OK);
@@ -384,7 +383,7 @@ static void add_asset(struct editor *e)
         assert_int_equal(ng_assets_take_clip(e->assets, "clip", &clip, &id), NG_OK);
         break;
     case 4:
-        skeleton = new_skeleton(e, model);
+        skeleton = new_skeleton(e, ng_assets_skeleton(e->assets, any_asset(e, NG_ASSET_SKELETON)));
         assert_int_equal(ng_assets_take_skeleton(e->assets, "skeleton", &skeleton, &id), NG_OK);
         break;
     default:
