@@ -18,25 +18,27 @@
     "{\"op\":\"sum\",\"in\":[\"seen\",\"light.share\"],\"out\":\"all.seen\"},"                               \
     "{\"op\":\"mul\",\"in\":[\"all.seen\",\"frame.radiance\"],\"out\":\"direct\"},"
 
-static const char physics[] =
-    "[" VISIBLE DIRECT "{\"op\":\"sum\",\"in\":[\"view.bounce\",\"light.share\"],\"out\":\"bounce\"},"
-    "{\"op\":\"mul\",\"in\":[\"bounce\",\"pixel.diffuse\"],\"out\":\"soft\"},"
-    "{\"op\":\"add\",\"in\":[\"view.mirror\",\"view.mirror_bounce\"],\"out\":\"met\"},"
-    "{\"op\":\"sum\",\"in\":[\"met\",\"light.share\"],\"out\":\"all.met\"},"
-    "{\"op\":\"add\",\"in\":[\"all.met\",\"pixel.mirror_emission\"],\"out\":\"mirrored\"},"
+#define REFLECTED                                                                                            \
+    "{\"op\":\"add\",\"in\":[\"view.mirror\",\"view.mirror_bounce\"],\"out\":\"met\"},"                      \
+    "{\"op\":\"sum\",\"in\":[\"met\",\"light.share\"],\"out\":\"all.met\"},"                                 \
+    "{\"op\":\"add\",\"in\":[\"all.met\",\"pixel.mirror_emission\"],\"out\":\"mirrored\"},"                  \
     "{\"op\":\"mul\",\"in\":[\"mirrored\",\"pixel.specular\"],\"out\":\"sharp\"},"
-    "{\"op\":\"add\",\"in\":[\"soft\",\"sharp\"],\"out\":\"once\"},"
-    "{\"op\":\"mul\",\"in\":[\"once\",\"frame.radiance\"],\"out\":\"indirect\"}]";
 
-// `%s` is what the light's code is made from besides.
+static const char physics[] = "[" VISIBLE DIRECT REFLECTED
+                              "{\"op\":\"sum\",\"in\":[\"view.bounce\",\"light.share\"],\"out\":\"bounce\"},"
+                              "{\"op\":\"mul\",\"in\":[\"bounce\",\"pixel.diffuse\"],\"out\":\"soft\"},"
+                              "{\"op\":\"add\",\"in\":[\"soft\",\"sharp\"],\"out\":\"once\"},"
+                              "{\"op\":\"mul\",\"in\":[\"once\",\"frame.radiance\"],\"out\":\"indirect\"}]";
+
+// Reads every input but powers, so that none can be out of date unseen. `%s` is what the light's code is made
+// from besides.
 static const char learned[] =
-    "[" VISIBLE DIRECT
-    "{\"op\":\"linear\",\"in\":[\"vpl.offset\",\"vpl.normal\",\"vpl.power\"],\"out\":\"v\",\"name\":\"v\","
-    "\"channels\":8,\"act\":\"leaky\"},"
+    "[" VISIBLE DIRECT REFLECTED
+    "{\"op\":\"linear\",\"in\":[\"vpl.offset\",\"vpl.position\",\"vpl.normal\",\"vpl.power\"],"
+    "\"out\":\"v\",\"name\":\"v\",\"channels\":8,\"act\":\"leaky\"},"
     "{\"op\":\"mean\",\"in\":[\"v\"],\"out\":\"vm\"},"
-    "{\"op\":\"linear\",\"in\":[\"texel.offset\",\"texel.normal\",\"texel.flux\"],\"out\":\"t\",\"name\":"
-    "\"t\","
-    "\"channels\":8,\"act\":\"relu\"},"
+    "{\"op\":\"linear\",\"in\":[\"texel.offset\",\"texel.position\",\"texel.normal\",\"texel.flux\"],"
+    "\"out\":\"t\",\"name\":\"t\",\"channels\":8,\"act\":\"relu\"},"
     "{\"op\":\"mean\",\"in\":[\"t\"],\"out\":\"tm\"},"
     "{\"op\":\"linear\",\"in\":[\"vm\",\"tm\",\"light.kind\",\"light.color\"%s],\"out\":\"z\",\"name\":\"z\","
     "\"channels\":8},"
@@ -49,9 +51,9 @@ static const char learned[] =
     "{\"op\":\"add\",\"in\":[\"d2u\",\"d1\"],\"out\":\"u\"},"
     "{\"op\":\"linear\",\"in\":[\"u\",\"z\"],\"out\":\"zs\",\"name\":\"zs\",\"channels\":16},"
     "{\"op\":\"unpack\",\"in\":[\"zs\"],\"out\":\"code\"},"
-    "{\"op\":\"linear\",\"in\":[\"pixel.normal\",\"pixel.diffuse\",\"pixel.roughness\"],\"out\":\"q\","
-    "\"name\":"
-    "\"q\",\"channels\":8},"
+    "{\"op\":\"linear\",\"in\":[\"pixel.mask\",\"pixel.position\",\"pixel.normal\",\"pixel.view\","
+    "\"pixel.distance\",\"pixel.diffuse\",\"pixel.specular\",\"pixel.roughness\",\"pixel.mirror_missed\","
+    "\"pixel.mirror_albedo\"],\"out\":\"q\",\"name\":\"q\",\"channels\":8},"
     "{\"op\":\"linear\",\"in\":[\"z\",\"code\",\"view.diffuse_reached\",\"view.glossy_reached\"],"
     "\"out\":"
     "\"k\",\"name\":\"k\",\"channels\":8},"
@@ -64,16 +66,17 @@ static const char learned[] =
     "\"act\":\"leaky\"},"
     "{\"op\":\"linear\",\"in\":[\"g\"],\"out\":\"f\",\"name\":\"f\",\"channels\":3,\"act\":\"softplus\"},"
     "{\"op\":\"mul\",\"in\":[\"f\",\"bounce\"],\"out\":\"fb\"},"
-    "{\"op\":\"mul\",\"in\":[\"fb\",\"frame.radiance\"],\"out\":\"indirect\"}]";
+    "{\"op\":\"add\",\"in\":[\"fb\",\"sharp\"],\"out\":\"both\"},"
+    "{\"op\":\"mul\",\"in\":[\"both\",\"frame.radiance\"],\"out\":\"indirect\"}]";
 
 // Input channels of the layers of `learned`; convolutions have 9 weights for each.
 static const struct layer {
     const char *name;
     uint32_t in, out;
     bool conv;
-} layers[] = {{"v", 9, 8, false}, {"t", 9, 8, false},    {"z", 22, 8, false}, {"d1", 28, 8, true},
-              {"d2", 8, 8, true}, {"zs", 16, 16, false}, {"q", 7, 8, false},  {"k", 14, 8, false},
-              {"g", 12, 8, true}, {"f", 8, 3, false}};
+} layers[] = {{"v", 12, 8, false}, {"t", 12, 8, false},   {"z", 22, 8, false}, {"d1", 28, 8, true},
+              {"d2", 8, 8, true},  {"zs", 16, 16, false}, {"q", 22, 8, false}, {"k", 14, 8, false},
+              {"g", 12, 8, true},  {"f", 8, 3, false}};
 
 static void add_random(struct lf_tensors *t, struct ng_rng *rng, const struct layer *layer, uint32_t in,
                        float size)
