@@ -34,7 +34,8 @@ struct artist {
 };
 
 struct walk {
-    struct room room; // its scene, device, weights and size
+    struct room room;       // its scene, device, weights and size
+    enum lf_rsm_source rsm; // of the neural method
     struct editor editor;
     struct artist kept, fresh;
     double time;
@@ -42,12 +43,13 @@ struct walk {
     char what[1024]; // scene, seed, step and its edits
 };
 
-static void artist_open(const struct room *r, struct artist *a)
+static void artist_open(const struct walk *w, struct artist *a)
 {
-    const struct lf_progressive_params params = {.jobs = r->scene.jobs, .samples = 1};
+    const struct lf_neural_params neural = {.rsm = w->rsm};
+    const struct lf_progressive_params params = {.jobs = w->room.scene.jobs, .samples = 1};
     *a = (struct artist){0};
     OK(ng_extractor_create(&a->extractor));
-    method_open(r, NULL, &a->method);
+    method_open(&w->room, &neural, &a->method);
     OK(lf_progressive_create(&params, &a->progressive));
     OK(lf_progressive_join(a->progressive, ng_renderer_composer(a->method.renderer)));
 }
@@ -273,7 +275,7 @@ static void walk(struct walk *w, const char *path, uint64_t seed, uint32_t count
 {
     scene_load(&w->room.scene, 2, path);
     editor_begin(&w->editor, w->room.scene.world, w->room.scene.assets, seed);
-    artist_open(&w->room, &w->kept);
+    artist_open(w, &w->kept);
     w->shown = 0;
     for (uint32_t i = 0; i <= count; i++) {
         uint64_t before = w->shown;
@@ -281,7 +283,7 @@ static void walk(struct walk *w, const char *path, uint64_t seed, uint32_t count
         if (i)
             step(w);
         OK(ng_world_run(w->room.scene.world, w->time));
-        artist_open(&w->room, &w->fresh);
+        artist_open(w, &w->fresh);
         artist_look(w, &w->kept);
         artist_look(w, &w->fresh);
         w->shown = hash_shown(w);
@@ -316,6 +318,7 @@ static void what_is_remembered_is_what_is_there(void **state)
             network_write_random(w.room.weights, seed);
         else
             network_write_absolute(w.room.weights, seed);
+        w.rsm = seed % 3 ? LF_RSM_RAYS : LF_RSM_MAPS;
         walk(&w, path, seed, steps - done < RUN ? steps - done : RUN);
     }
     ng_log_set_sink(NULL, NULL);
