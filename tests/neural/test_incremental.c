@@ -3,6 +3,7 @@
 
 #include "components/light_environment.h"
 #include "components/light_rectangle.h"
+#include "components/material.h"
 #include "networks.h"
 #include "scene/world.h"
 
@@ -230,6 +231,46 @@ static void a_light_that_comes_back_is_followed(void **state)
     room_close(&r);
 }
 
+static ng_asset add_color(struct room *r, unsigned char red, unsigned char blue)
+{
+    struct ng_image image = {.width = 1, .height = 1, .levels = 1, .size = 4, .pixels = malloc(4)};
+    ng_asset id;
+    assert_non_null(image.pixels);
+    memcpy(image.pixels, (const unsigned char[4]){red, 0, blue, 255}, 4);
+    OK(ng_assets_take_image(r->scene.assets, "color", &image, &id));
+    return id;
+}
+
+// What emits and is no light is seen in metal, whatever it emits by.
+static void emission_in_a_mirror_is_followed(void **state)
+{
+    NG_UNUSED(state);
+    struct room r;
+    struct method kept, fresh;
+    room_open(&r, POINT);
+    const ng_asset colors[] = {add_color(&r, 255, 0), add_color(&r, 0, 255), {0}};
+    method_open(&r, NULL, &kept);
+    room_draw(&r, &kept);
+    float *before = room_layer(&r, &kept, "indirect");
+    for (size_t i = 0; i < NG_COUNT(colors); i++) {
+        struct ng_material *red = ng_world_edit(r.scene.world, r.red, NG_MATERIAL);
+        memcpy(red->emissive, (const float[3]){3, 3, 3}, sizeof red->emissive);
+        red->emissive_texture = colors[i];
+        room_draw(&r, &kept);
+        method_open(&r, NULL, &fresh);
+        OK(room_draw_again(&r, &fresh));
+        assert_same_picture(&r, &kept, &fresh, "other emission");
+        method_close(&fresh);
+        float *after = room_layer(&r, &kept, "indirect");
+        assert_memory_not_equal(before, after, (size_t)r.width * r.height * 3 * sizeof(float));
+        free(before);
+        before = after;
+    }
+    free(before);
+    method_close(&kept);
+    room_close(&r);
+}
+
 // Buffers have the names and sizes that they had with the network before.
 static void another_network_starts_anew(void **state)
 {
@@ -363,6 +404,7 @@ int main(void)
         cmocka_unit_test(what_is_very_near_a_light_is_in_its_light),
         cmocka_unit_test(another_method_encodes_nothing),
         cmocka_unit_test(a_light_that_comes_back_is_followed),
+        cmocka_unit_test(emission_in_a_mirror_is_followed),
         cmocka_unit_test(another_network_starts_anew),
         cmocka_unit_test(each_light_has_a_node_of_its_own),
         cmocka_unit_test(maps_are_drawn_only_if_they_are_read),
