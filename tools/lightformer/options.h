@@ -32,7 +32,7 @@ enum cli_kind {
     CLI_RANGE,  // struct cli_range in [min, max]; written "3..7", both ends included, or "3"
 };
 
-#define CLI_MAX_TEXTS 8
+#define CLI_MAX_TEXTS 64
 
 struct cli_texts {
     const char *items[CLI_MAX_TEXTS]; // borrowed from argv

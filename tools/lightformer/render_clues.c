@@ -34,10 +34,6 @@ static bool is_exr(const char *path)
 bool render_clues_check(const struct cli_texts *clues)
 {
     char name[256], buffer[256];
-    if (clues->count > RENDER_MOST_CLUES) {
-        fprintf(stderr, "lightformer render: at most %d --clue in one run\n", RENDER_MOST_CLUES);
-        return false;
-    }
     for (uint32_t i = 0; i < clues->count; i++)
         if (!clue_name(clues->items[i], name, sizeof name) || !is_exr(render_clue_file(clues->items[i])) ||
             !lf_encoder_clue_buffer(name, buffer, sizeof buffer)) {

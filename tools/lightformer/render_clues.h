@@ -10,15 +10,13 @@
 struct lf_neural;
 struct ng_graph;
 
-#define RENDER_MOST_CLUES 64
-
-// The files of such options; false, reported, if one is not of that form or there are too many.
+// The files of such options; false, reported, if one is not of that form.
 bool render_clues_check(const struct cli_texts *clues);
 const char *render_clue_file(const char *clue);
 // The graph's buffers that hold them: to be read back with the frame. Owned by the caller, one a clue.
 struct render_clues {
-    char names[RENDER_MOST_CLUES][256];
-    const char *resources[RENDER_MOST_CLUES];
+    char names[CLI_MAX_TEXTS][256];
+    const char *resources[CLI_MAX_TEXTS];
 };
 void render_clues_name(const struct cli_texts *clues, struct render_clues *out);
 // After the frame. What fails is logged, and does not keep the others from being written.
