@@ -121,7 +121,8 @@ ng_result lf_encoder_clue(const struct lf_encoder *self, const char *clue, struc
                              "LIGHT/embedding.N; lightformer/net/inputs.inc lists them");
     const struct lf_active_light *light = n.light[0] ? find_light(self, n.light) : NULL;
     if (!light && (n.input < 0 || !is_of_picture(lf_net_inputs[n.input].domain)))
-        return no_clue(clue, "no light of that name shines in the frame");
+        return no_clue(
+            clue, "no light of that name shines in the frame; `lightformer info SCENE` lists the lights");
     if (n.input < 0)
         return show_embedding(clue, &n, light, out);
     const struct lf_net_input_info *info = &lf_net_inputs[n.input];
