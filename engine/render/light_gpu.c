@@ -12,6 +12,8 @@
 #define NEAR_SHARE 1e-5f
 #define MOST_NEAR  2e-5f
 #define CASCADES   4
+#define SKY_SPREAD                                                                                           \
+    0.15f // tangent of the half angle over which a light at infinity is spread, from which it is a sky
 #define SLICE_NEAR 0.05f // metres: nothing nearer to the camera deserves a cascade of its own
 
 static void copy3(float to[3], const float from[3])
@@ -257,6 +259,7 @@ void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, fl
     glm_vec3_cross(d->look, d->up, d->right);
     ng_light_cone(source, &d->cone_scale, &d->cone_offset);
     observe_softness(&proxy, source->type->infinite, out);
+    out->sky = source->type->infinite && d->soft_radius > SKY_SPREAD;
     d->vpl_radius = d->vpl_count ? d->soft_radius / sqrtf((float)d->vpl_count) : 0;
     d->index = light;
     observe_views(snapshot, &proxy, aspect, cascade_radius, out);
@@ -289,10 +292,26 @@ void ng_light_gpu_set_face_size(struct ng_light_gpu *l, uint32_t face_size)
     }
 }
 
+void ng_light_gpu_sky_view(const struct ng_light_gpu *l, const struct ng_snapshot *s, uint32_t vpl,
+                           struct ng_light_view_data *out)
+{
+    struct ng_light_proxy p;
+    copy3(p.direction, l->vpls[vpl].normal);
+    const float up[3] = {0, fabsf(p.direction[1]) < 0.9f, fabsf(p.direction[1]) >= 0.9f};
+    copy3(p.up, up);
+    orthographic_view(s, &p, s->scene_center, s->scene_radius, out);
+}
+
 // ---- Buffers ---------------------------------------------------------------------------------------------
 
-ng_result ng_light_gpu_record(struct ng_gpu *gpu, struct ng_light_gpu *l)
+ng_result ng_light_gpu_record(struct ng_gpu *gpu, const struct ng_snapshot *snapshot, struct ng_light_gpu *l)
 {
+    if (l->sky) {
+        NG_TRY(ng_frame_alloc(gpu, l->data.vpl_count * sizeof(struct ng_light_view_data), &l->sky_range));
+        struct ng_light_view_data *views = l->sky_range.mapped;
+        for (uint32_t i = 0; i < l->data.vpl_count; i++)
+            ng_light_gpu_sky_view(l, snapshot, i, &views[i]);
+    }
     NG_TRY(ng_frame_put(gpu, &l->data, sizeof l->data, &l->data_range));
     NG_TRY(ng_frame_put(gpu, l->vpls, sizeof l->vpls, &l->vpl_range));
     NG_TRY(ng_frame_put(gpu, l->depth_views, sizeof l->depth_views, &l->depth_view_range));

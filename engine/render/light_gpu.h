@@ -20,7 +20,9 @@ struct ng_light_gpu {
     struct ng_vpl_data vpls[NG_LIGHT_VPLS];
     struct ng_light_view_data depth_views[NG_LIGHT_MAX_VIEWS], rsm_views[NG_LIGHT_MAX_VIEWS];
     uint32_t depth_view_count, rsm_view_count;
-    struct ng_frame_range data_range, vpl_range, depth_view_range, rsm_view_range;
+    bool
+        sky; // light from so many directions that one depth map tells nothing: each VPL has a view of its own
+    struct ng_frame_range data_range, vpl_range, depth_view_range, rsm_view_range, sky_range;
 };
 
 // Observes a light. A scene wider than `cascade_radius` makes orthographic lights follow the camera with four
@@ -29,8 +31,12 @@ void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, fl
                           float cascade_radius, struct ng_light_gpu *out);
 // Texel-snaps the cascades and tells the shaders the size of the depth map.
 void ng_light_gpu_set_face_size(struct ng_light_gpu *light, uint32_t face_size);
+// Of a sky: how the scene looks from where a VPL shines.
+void ng_light_gpu_sky_view(const struct ng_light_gpu *light, const struct ng_snapshot *snapshot, uint32_t vpl,
+                           struct ng_light_view_data *out);
 // Writes the buffers of the frame that is open (gpu/frame.h).
-NG_NODISCARD ng_result ng_light_gpu_record(struct ng_gpu *gpu, struct ng_light_gpu *light);
+NG_NODISCARD ng_result ng_light_gpu_record(struct ng_gpu *gpu, const struct ng_snapshot *snapshot,
+                                           struct ng_light_gpu *light);
 
 // Bindings 7 (views), 8 (light) and 9 (VPLs) of set 0, as the shaders number them.
 void ng_light_gpu_bindings(const struct ng_light_gpu *light, bool rsm, struct ng_gpu_binding out[3]);

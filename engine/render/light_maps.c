@@ -10,6 +10,7 @@
 #include "render/frame.h"
 #include "render/index_map.h"
 #include "render/light_gpu.h"
+#include "render/passes.h"
 #include "render/scene_gpu.h"
 
 #include "depth_full.frag.spv.h"
@@ -28,8 +29,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAX_FACE 1024u
-#define MIN_FACE 64u
+#define MAX_FACE  1024u
+#define MIN_FACE  64u
+// A sky has many faces. They are half as wide if a texel is not wider than this, metres.
+#define SKY_TEXEL 0.05f
 
 const struct ng_item_type ng_light_maps_item = {"light maps", sizeof(struct ng_light_maps)};
 
@@ -181,29 +184,46 @@ struct pass_data {
     struct observed *light;
 };
 
-static ng_result draw_depth(const struct ng_pass_context *ctx)
+// Draws one layer of a depth map: view number `layer` of the buffer `views`.
+static ng_result draw_depth_layer(const struct ng_pass_context *ctx, const struct ng_frame_range *views,
+                                  uint32_t layer, const struct ng_light_view_data *view)
 {
     const struct pass_data *d = ctx->data;
     struct ng_scene_gpu *scene = d->frame->scene;
+    const struct ng_gpu_binding bindings[] = {ng_pass_range(views, 0), ng_scene_gpu_instances(scene, 1),
+                                              ng_scene_gpu_materials(scene, 2)};
+    return ng_scene_gpu_draw(
+        scene, ctx->cmd,
+        &(struct ng_draw_params){.plain = {d->self->depth, NG_STREAMS_POSITION},
+                                 .textured = {d->self->depth_masked, NG_STREAMS_POSITION_UV},
+                                 .full = {d->self->depth_full, NG_STREAMS_POSITION_FULL},
+                                 .depth_only = true,
+                                 .bindings = bindings,
+                                 .binding_count = NG_COUNT(bindings),
+                                 .push = &layer,
+                                 .push_size = sizeof layer,
+                                 .view_projection = view->view_projection,
+                                 .skip_light = d->light->gpu.data.index});
+}
+
+static ng_result draw_depth(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
     const struct ng_light_gpu *light = &d->light->gpu;
-    struct ng_gpu_binding views[3];
-    ng_light_gpu_bindings(light, false, views);
-    struct ng_gpu_binding bindings[] = {views[0], ng_scene_gpu_instances(scene, 1),
-                                        ng_scene_gpu_materials(scene, 2)};
-    bindings[0].binding = 0;
     for (uint32_t layer = 0; layer < light->depth_view_count; layer++)
-        NG_TRY(ng_scene_gpu_draw(
-            scene, ctx->cmd,
-            &(struct ng_draw_params){.plain = {d->self->depth, NG_STREAMS_POSITION},
-                                     .textured = {d->self->depth_masked, NG_STREAMS_POSITION_UV},
-                                     .full = {d->self->depth_full, NG_STREAMS_POSITION_FULL},
-                                     .depth_only = true,
-                                     .bindings = bindings,
-                                     .binding_count = NG_COUNT(bindings),
-                                     .push = &layer,
-                                     .push_size = sizeof layer,
-                                     .view_projection = light->depth_views[layer].view_projection,
-                                     .skip_light = light->data.index}));
+        NG_TRY(draw_depth_layer(ctx, &light->depth_view_range, layer, &light->depth_views[layer]));
+    return NG_OK;
+}
+
+static ng_result draw_sky(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    const struct ng_light_gpu *light = &d->light->gpu;
+    for (uint32_t layer = 0; layer < light->data.vpl_count; layer++) {
+        struct ng_light_view_data view;
+        ng_light_gpu_sky_view(light, d->frame->snapshot, layer, &view);
+        NG_TRY(draw_depth_layer(ctx, &light->sky_range, layer, &view));
+    }
     return NG_OK;
 }
 
@@ -330,6 +350,33 @@ static void declare_depth(struct ng_graph *g, const struct pass_data *data)
     m->depth = ng_pass_write(pass, m->depth, NG_USE_DEPTH);
 }
 
+static bool sky_is_halved(const struct ng_snapshot *s)
+{
+    return 2 * s->scene_radius <= MAX_FACE / 2 * SKY_TEXEL;
+}
+
+// What shows in all views together, each of which sees all of the scene's sphere.
+static uint64_t key_of_sky(const struct ng_frame_info *frame, const struct ng_light_gpu *l)
+{
+    const struct ng_snapshot *s = frame->snapshot;
+    struct ng_seen_params all = {.view_projection = {[15] = 1}, .skip_light = l->data.index};
+    uint64_t key = ng_key_add(NG_KEY, ng_scene_gpu_seen(frame->scene, &all));
+    key = ng_key_add_bytes(key, s->scene_center, sizeof s->scene_center);
+    key = ng_key_add_bytes(key, &s->scene_radius, sizeof s->scene_radius);
+    return ng_key_add_bytes(key, l->vpls, l->data.vpl_count * sizeof *l->vpls);
+}
+
+static void declare_sky(struct ng_graph *g, const struct pass_data *data)
+{
+    struct ng_light_maps *m = &data->light->maps;
+    const struct ng_light_gpu *l = &data->light->gpu;
+    uint32_t size = sky_is_halved(data->frame->snapshot) ? m->face_size / 2 : m->face_size;
+    struct ng_pass *pass =
+        add_pass(g, data, "rsm", "sky", draw_sky, map_flags(data), key_of_sky(data->frame, l));
+    m->sky = persistent(g, m->name, "sky", VK_FORMAT_D32_SFLOAT, size, l->data.vpl_count);
+    m->sky = ng_pass_write(pass, m->sky, NG_USE_DEPTH);
+}
+
 static void declare_surface(struct ng_graph *g, const struct pass_data *data)
 {
     struct ng_light_maps *m = &data->light->maps;
@@ -380,6 +427,8 @@ static ng_result observe_lights(struct ng_light_maps_provider *self, const struc
             continue;
         NG_TRY(name_light(self, count, s->lights[i].name));
         faces += o->gpu.depth_view_count;
+        if (o->gpu.sky)
+            faces += sky_is_halved(s) ? o->gpu.data.vpl_count / 4 : o->gpu.data.vpl_count;
         count++;
     }
     self->lights.count = count;
@@ -405,8 +454,10 @@ static ng_result produce(struct ng_composer *composer, void *user)
     NG_TRY(observe_lights(self, data.frame));
     for (size_t i = 0; i < self->lights.count; i++) {
         data.light = &self->lights.items[i];
-        NG_TRY(ng_light_gpu_record(self->params.gpu, &data.light->gpu));
+        NG_TRY(ng_light_gpu_record(self->params.gpu, data.frame->snapshot, &data.light->gpu));
         declare_depth(g, &data);
+        if (data.light->gpu.sky)
+            declare_sky(g, &data);
         declare_surface(g, &data);
         if (self->params.bare_depth)
             declare_bare_depth(g, &data);

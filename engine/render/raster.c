@@ -9,6 +9,7 @@
 #include "render/scene_gpu.h"
 
 #include "direct.frag.spv.h"
+#include "sky_visibility.frag.spv.h"
 #include "visibility.frag.spv.h"
 
 #include <stdio.h>
@@ -18,7 +19,7 @@ const struct ng_item_type ng_radiance_item = {"radiance", sizeof(struct ng_radia
 
 struct ng_raster {
     struct ng_gpu *gpu;
-    struct ng_gpu_pipeline *visibility, *direct;
+    struct ng_gpu_pipeline *visibility, *sky_visibility, *direct;
 };
 
 #define TEXTURE(n)                                                                                           \
@@ -41,6 +42,30 @@ static ng_result make_visibility(struct ng_gpu *gpu, struct ng_gpu_pipeline **ou
                                                                  .color_formats = {VK_FORMAT_R16_SFLOAT},
                                                                  .color_count = 1},
                                 out);
+}
+
+static ng_result make_sky_visibility(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
+{
+    static const struct ng_gpu_slot slots[] = {
+        {.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+        TEXTURE(1),
+        TEXTURE(2),
+        TEXTURE(3),
+        TEXTURE(4),
+        TEXTURE(5),
+        {.binding = 7, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        {.binding = 8, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        {.binding = 9, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+    };
+    return ng_fullscreen_create(
+        gpu,
+        &(struct ng_gpu_graphics_params){.name = "sky visibility",
+                                         .fragment = NG_SPIRV(ng_spv_sky_visibility_frag),
+                                         .slots = slots,
+                                         .slot_count = NG_COUNT(slots),
+                                         .color_formats = {VK_FORMAT_R16_SFLOAT},
+                                         .color_count = 1},
+        out);
 }
 
 static ng_result make_direct(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
@@ -77,6 +102,8 @@ ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out)
     self->gpu = gpu;
     ng_result r = make_visibility(gpu, &self->visibility);
     if (r == NG_OK)
+        r = make_sky_visibility(gpu, &self->sky_visibility);
+    if (r == NG_OK)
         r = make_direct(gpu, &self->direct);
     if (r != NG_OK)
         ng_raster_destroy(&self);
@@ -90,6 +117,7 @@ void ng_raster_destroy(struct ng_raster **raster)
     if (!self)
         return;
     ng_gpu_pipeline_destroy(&self->visibility);
+    ng_gpu_pipeline_destroy(&self->sky_visibility);
     ng_gpu_pipeline_destroy(&self->direct);
     free(self);
     *raster = NULL;
@@ -120,6 +148,23 @@ static ng_result find_visibility(const struct ng_pass_context *ctx)
         ng_pass_texture(ctx, d->gbuffer->position, 1), ng_pass_texture(ctx, d->gbuffer->diffuse, 3),
         ng_pass_texture(ctx, d->gbuffer->specular, 4), ng_pass_texture(ctx, d->maps->depth, 5), light[1]};
     return draw(ctx, d->self->visibility, bindings, NG_COUNT(bindings));
+}
+
+static ng_result find_sky_visibility(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    struct ng_gpu_binding light[3];
+    ng_light_gpu_bindings(d->maps->gpu, false, light);
+    const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(d->frame->scene, 0),
+                                              ng_pass_texture(ctx, d->gbuffer->position, 1),
+                                              ng_pass_texture(ctx, d->gbuffer->normal, 2),
+                                              ng_pass_texture(ctx, d->gbuffer->diffuse, 3),
+                                              ng_pass_texture(ctx, d->gbuffer->specular, 4),
+                                              ng_pass_texture(ctx, d->maps->sky, 5),
+                                              ng_pass_range(&d->maps->gpu->sky_range, 7),
+                                              light[1],
+                                              light[2]};
+    return draw(ctx, d->self->sky_visibility, bindings, NG_COUNT(bindings));
 }
 
 static ng_result add_light(const struct ng_pass_context *ctx)
@@ -171,8 +216,11 @@ static void declare_light(struct ng_graph *g, struct pass_data *data, struct ng_
 {
     char name[160];
     snprintf(name, sizeof name, "direct:%s/visibility", data->maps->name);
-    struct ng_pass *pass = add_pass(g, "/visibility", find_visibility, data);
-    ng_pass_read(pass, data->maps->depth, NG_USE_SAMPLED);
+    bool sky = data->maps->gpu->sky;
+    struct ng_pass *pass = add_pass(g, "/visibility", sky ? find_sky_visibility : find_visibility, data);
+    if (sky)
+        ng_pass_read(pass, data->gbuffer->normal, NG_USE_SAMPLED);
+    ng_pass_read(pass, sky ? data->maps->sky : data->maps->depth, NG_USE_SAMPLED);
     data->visibility =
         ng_pass_write(pass,
                       ng_graph_add_image(g, name,

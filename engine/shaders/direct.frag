@@ -23,6 +23,7 @@ ng_light_data light; // read once, not in each turn of a loop
 #include "geometry.glsl"
 #include "view.glsl"
 #include "light.glsl"
+#include "reflector.glsl"
 
 // Visibility over the 3 x 3 pixels around, of those that lie on the receiver's tangent plane: the turns of
 // visibility.frag's samples are spread evenly over such a block.
@@ -50,13 +51,8 @@ void main()
     if (position.w <= 0)
         return;
     light = this_light;
-    vec4 normal_roughness = texelFetch(normal_map, at, 0);
-    vec4 diffuse = texelFetch(diffuse_map, at, 0);
-    vec4 specular = texelFetch(specular_map, at, 0);
-    vec3 n = normal_roughness.xyz, p = position.xyz;
-    vec3 flat_n = flat_normal(diffuse.w, specular.w);
-    vec3 v = normalize(to_eye(p));
-    float n_v = max(dot(n, v), 1e-4), alpha = normal_roughness.w * normal_roughness.w;
+    vec3 p = position.xyz;
+    reflector r = reflector_at(at, p);
 
     vec3 sum = vec3(0);
     for (uint i = 0; i < light.vpl_count; i++) {
@@ -73,19 +69,9 @@ void main()
             irradiance /= max(square, light.vpl_radius * light.vpl_radius);
             irradiance *= light.vpl_kind == NG_VPL_AREA ? max(-dot(vpls[i].normal, l), 0.0) : light_cone(light, -l);
         }
-        // Highlights are at least as wide as the patch looks, or they would show the VPLs one by one.
-        float roughness = sqrt(min(alpha + 0.5 * patch_tangent, 1.0));
-        float n_l = dot(n, l);
-        if (n_l <= 0 || dot(flat_n, l) <= 0)
-            continue;
-        vec3 h = normalize(l + v);
-        float v_h = max(dot(v, h), 0.0), n_h = max(dot(n, h), 0.0);
-        float lobe = ng_brdf_lobe(n_l, n_v, n_h, roughness);
-        for (int c = 0; c < 3; c++)
-            sum[c] += (ng_brdf_diffuse(n_l, n_v, v_h, diffuse[c], specular[c]) + lobe * ng_brdf_f(v_h, specular[c])) *
-                      irradiance[c] * n_l;
+        sum += reflected(r, l, irradiance, patch_tangent);
     }
     out_unshadowed = vec4(sum, 0);
     if (sum != vec3(0))
-        out_direct = vec4(sum * filtered_visibility(at, p, flat_n), 0);
+        out_direct = vec4(sum * filtered_visibility(at, p, r.flat_normal), 0);
 }
