@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L // strncasecmp
 // MTL into glTF's metallic-roughness.
 //
 // Ns, the exponent of a Blinn-Phong lobe, becomes the GGX lobe of equal width: alpha^2 = 2 / (Ns + 2) (Walter
@@ -11,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 static float unit(float v)
 {
@@ -47,12 +49,14 @@ static bool png_has_alpha(const unsigned char *data, size_t size)
     return false;
 }
 
-// Folders as Unix writes them. Of an absolute path, which is of another machine, the file's name.
+// Without quotes, folders as Unix writes them. Of an absolute path, which is of another machine, the file's
+// name.
 static void clean_name(const char *name, char *out, size_t size)
 {
-    size_t n = 0;
-    for (; *name && n + 1 < size; name++)
-        out[n++] = *name == '\\' ? '/' : *name;
+    size_t n = 0, length = strlen(name);
+    bool quoted = length >= 2 && (*name == '"' || *name == '\'') && name[length - 1] == *name;
+    for (size_t i = quoted; i < length - quoted && n + 1 < size; i++)
+        out[n++] = name[i] == '\\' ? '/' : name[i];
     out[n] = 0;
     bool absolute = out[0] == '/' || (out[0] && out[1] == ':');
     const char *base = absolute ? strrchr(out, '/') : NULL;
@@ -272,20 +276,32 @@ static ng_result read_library(struct obj_model *m, const char *name)
     return r == NG_OK ? m->result : r;
 }
 
-// A line may name several files; a file's name may have blanks.
+// Where the first of several names ends: behind ".mtl" and before a blank.
+static size_t name_length(const char *names)
+{
+    for (size_t i = 0; names[i]; i++) {
+        size_t end = i + 4;
+        if (strncasecmp(names + i, ".mtl", 4) != 0)
+            continue;
+        end += names[0] == '"' && names[end] == '"';
+        if (names[end] == ' ' || names[end] == '\t')
+            return end;
+    }
+    return strlen(names);
+}
+
+// A line may name several files; a file's name may have blanks, and stand in quotes.
 static ng_result read_libraries(struct obj_model *m, const char *names)
 {
-    const char *first = strstr(names, ".mtl ");
-    if (!first)
-        return read_library(m, names);
     char name[1024];
-    for (; first; first = strstr(names, ".mtl ")) {
-        snprintf(name, sizeof name, "%.*s", (int)(first + 4 - names), names);
+    while (*names) {
+        size_t length = name_length(names);
+        snprintf(name, sizeof name, "%.*s", (int)length, names);
         NG_TRY(read_library(m, name));
-        names = first + 5;
+        names += length;
         names += strspn(names, " \t");
     }
-    return *names ? read_library(m, names) : NG_OK;
+    return NG_OK;
 }
 
 static ng_result note_missing(struct obj_model *m)

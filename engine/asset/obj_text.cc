@@ -6,8 +6,11 @@
 #include <tiny_obj_loader.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
-#include <istream>
+#include <cstdlib>
+#include <cstring>
+#include <sstream>
 #include <streambuf>
 
 namespace
@@ -161,13 +164,114 @@ tinyobj::callback_t callbacks()
     return c;
 }
 
-struct Bytes : std::streambuf {
-    Bytes(const char *text, size_t size)
+// ---- MTL -------------------------------------------------------------------------------------------------
+// tinyobjloader takes what follows an option for its numbers, the file's name too, and knows names of one
+// case. So it gets lines that leave nothing open: three numbers, and only options that it knows.
+const char *const map_words[] = {"map_Ka", "map_Kd", "map_Ks",   "map_Ke", "map_Ns", "map_Pr", "map_Pm",
+                                 "map_Ps", "map_d",  "map_Bump", "bump",   "disp",   "norm",   "refl"};
+
+bool same_word(const std::string &a, const char *b)
+{
+    return std::equal(a.begin(), a.end(), b, b + std::strlen(b), [](char x, char y) {
+        return std::tolower((unsigned char)x) == std::tolower((unsigned char)y);
+    });
+}
+
+struct Words {
+    const std::string &line;
+    size_t at;
+
+    // The next word, without moving past it.
+    std::string peek() const
     {
-        char *p = const_cast<char *>(text);
-        setg(p, p + bom(text, size), p + size);
+        size_t begin = line.find_first_not_of(" \t", at);
+        if (begin == std::string::npos)
+            return "";
+        return line.substr(begin, line.find_first_of(" \t", begin) - begin);
+    }
+    std::string take()
+    {
+        std::string word = peek();
+        at = std::min(line.find_first_not_of(" \t", at), line.size()) + word.size();
+        return word;
+    }
+    std::string rest() const
+    {
+        size_t begin = line.find_first_not_of(" \t", at);
+        return begin == std::string::npos ? "" : line.substr(begin);
     }
 };
+
+bool is_number(const std::string &word)
+{
+    char *end;
+    std::strtod(word.c_str(), &end);
+    return !word.empty() && *end == 0;
+}
+
+// How many words an option may have: numbers, or (of those with a `word`) one of any kind. -1: it is none.
+struct Option {
+    const char *name;
+    int numbers;
+    bool word;
+    const char *missing; // what stands for numbers that are not there
+    bool known;          // to the library
+};
+
+const Option *find_option(const std::string &name)
+{
+    static const Option options[] = {
+        {"-s", 3, false, "1", true},     {"-o", 3, false, "0", true},         {"-t", 3, false, "0", true},
+        {"-mm", 2, false, "1", true},    {"-bm", 1, false, "1", true},        {"-boost", 1, false, "1", true},
+        {"-clamp", 0, true, "", true},   {"-blendu", 0, true, "", false},     {"-blendv", 0, true, "", false},
+        {"-cc", 0, true, "", false},     {"-imfchan", 0, true, "", false},    {"-type", 0, true, "", false},
+        {"-texres", 0, true, "", false}, {"-colorspace", 0, true, "", false},
+    };
+    for (const Option &option : options)
+        if (same_word(name, option.name))
+            return &option;
+    return nullptr;
+}
+
+std::string plain_map(const char *word, Words words)
+{
+    std::string out = word;
+    for (const Option *option; (option = find_option(words.peek()));) {
+        std::string text = std::string(" ") + option->name;
+        words.take();
+        for (int i = 0; i < option->numbers; i++)
+            text += " " + (is_number(words.peek()) ? words.take() : std::string(option->missing));
+        if (option->word)
+            text += " " + words.take();
+        out += option->known ? text : "";
+    }
+    return out + " " + words.rest();
+}
+
+// A line of MTL as the library takes it.
+std::string plain_line(std::string line)
+{
+    std::replace(line.begin(), line.end(), '\r', ' ');
+    std::replace(line.begin(), line.end(), '\0', ' ');
+    line.resize(line.find_last_not_of(" \t") + 1);
+    Words words = {line, 0};
+    const std::string first = words.take();
+    for (const char *word : map_words)
+        if (same_word(first, word))
+            return plain_map(word, words);
+    return line;
+}
+
+std::string plain_materials(const char *text, size_t size)
+{
+    std::string out;
+    for (const char *at = text + bom(text, size), *end = text + size; at != end;) {
+        const char *stop = std::find(at, end, '\n');
+        out += plain_line(std::string(at, stop)) + "\n";
+        at = stop == end ? end : stop + 1;
+    }
+    return out;
+}
 
 obj_map map_of(const std::string &name, const tinyobj::texture_option_t &o)
 {
@@ -180,13 +284,17 @@ obj_map map_of(const std::string &name, const tinyobj::texture_option_t &o)
 
 const char *unfollowed_of(const tinyobj::material_t &m)
 {
-    return !m.specular_texname.empty()             ? "map_Ks"
-           : !m.specular_highlight_texname.empty() ? "map_Ns"
-           : !m.displacement_texname.empty()       ? "disp"
-           : !m.roughness_texname.empty()          ? "map_Pr"
-           : !m.metallic_texname.empty()           ? "map_Pm"
-           : !m.reflection_texname.empty()         ? "refl"
-                                                   : nullptr;
+    const auto &o = m.diffuse_texopt;
+    bool changed = o.brightness != 0 || o.contrast != 1;
+    return changed                                                ? "-mm of map_Kd"
+           : std::count(o.turbulence, o.turbulence + 3, 0.0f) < 3 ? "-t of map_Kd"
+           : !m.specular_texname.empty()                          ? "map_Ks"
+           : !m.specular_highlight_texname.empty()                ? "map_Ns"
+           : !m.displacement_texname.empty()                      ? "disp"
+           : !m.roughness_texname.empty()                         ? "map_Pr"
+           : !m.metallic_texname.empty()                          ? "map_Pm"
+           : !m.reflection_texname.empty()                        ? "refl"
+                                                                  : nullptr;
 }
 
 obj_material material_of(const tinyobj::material_t &m)
@@ -229,8 +337,7 @@ ng_result ng_obj_materials(const char *path, const char *text, size_t size,
                            void (*each)(void *user, const obj_material *m), void *user)
 {
     try {
-        Bytes bytes(text, size);
-        std::istream in(&bytes);
+        std::istringstream in(plain_materials(text, size));
         std::map<std::string, int> names;
         std::vector<tinyobj::material_t> materials;
         std::string warnings, errors;

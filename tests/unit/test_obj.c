@@ -2,6 +2,7 @@
 #include "scene_maker.h"
 
 #include "asset/png.h"
+#include "base/file.h"
 
 #define TRIANGLE "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
@@ -226,6 +227,73 @@ static void test_textures(void **state)
     finish(&l);
 }
 
+// The first texture coordinates, which -s and -o move.
+static void check_uv(const char *map, float u, float v, const char *warning)
+{
+    struct loaded l;
+    char mtl[256];
+    snprintf(mtl, sizeof mtl, "newmtl a\nKd 1 1 1\n%s\n", map);
+    load_materials(&l, mtl, "a", warning);
+    if (!material_of(&l, "a")->base_color_texture.id)
+        fail_msg("\"%s\" has no texture", map);
+    ng_entity e = l.scene.root;
+    while (!ng_world_has(l.world, e, NG_MESH))
+        e = ng_world_next_below(l.world, l.scene.root, e);
+    const float *uv = geometry_of(&l, e)->uvs;
+    if (uv[0] != u || uv[1] != v)
+        fail_msg("\"%s\": %g %g where %g %g was expected", map, (double)uv[0], (double)uv[1], (double)u,
+                 (double)v);
+    finish(&l);
+}
+
+// Options may have fewer numbers than they could, and stand in any order; names are as programs write them.
+static void test_map_options(void **state)
+{
+    NG_UNUSED(state);
+    put_picture("paint 1.png", false);
+    put_picture("2.png", false);
+    put_picture("-o.png", false);
+    char folder[256];
+    test_path(folder, sizeof folder, "sub");
+    assert_int_equal(ng_file_make_directory(folder), NG_OK);
+    put_picture("sub/deep.png", false);
+    check_uv("map_Kd -s 2 paint 1.png", 0, 1, NULL);
+    check_uv("map_Kd -o 0.5 paint 1.png", 0.5f, 1, NULL);
+    check_uv("map_Kd -o 0.5 0.25 paint 1.png", 0.5f, 0.75f, NULL);
+    check_uv("map_Kd -o 0.5 0.25 0 -s 2 2.png", 0.5f, 0.75f, NULL);
+    check_uv("map_Kd -s 2 -o 0.5 2.png", 0.5f, 1, NULL);
+    check_uv(
+        "map_Kd -o .5 -bm 1 -clamp on -blendu off -blendv off -texres 512 -imfchan m -cc on -type sphere "
+        "paint 1.png",
+        0.5f, 1, NULL);
+    check_uv("MAP_KD\t-O 0.5\t\"paint 1.png\"  \r", 0.5f, 1, NULL);
+    check_uv("map_kd 'paint 1.png'", 0, 1, NULL);
+    check_uv("map_Kd -mm 0 1 2.png", 0, 1, NULL);
+    check_uv("map_Kd -mm 0.2 2.png", 0, 1, "has -mm of map_Kd");
+    check_uv("map_Kd -t 1 2.png", 0, 1, "has -t of map_Kd");
+    check_uv("map_Kd -o.png", 0, 1, NULL);
+    check_uv("map_Kd .\\sub\\deep.png", 0, 1, NULL);
+    check_uv("map_Kd \"sub/deep.png\"", 0, 1, NULL);
+}
+
+static void test_libraries(void **state)
+{
+    NG_UNUSED(state);
+    static const char *const lines[] = {"mtllib one.mtl two 2.MTL", "mtllib \"one.mtl\"  \"two 2.MTL\"\r",
+                                        "mtllib one.mtl\nmtllib .\\two 2.MTL", "mtllib\tone.mtl\ttwo 2.MTL"};
+    put_file("one.mtl", "newmtl a\nKd 1 0 0\n", 18, NULL);
+    put_file("two 2.MTL", "newmtl b\r\nKd 0 0 1\r\n", 20, NULL);
+    for (size_t i = 0; i < NG_COUNT(lines); i++) {
+        struct loaded l;
+        char text[256];
+        snprintf(text, sizeof text, "%s\n" TRIANGLE "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n", lines[i]);
+        load_warned(&l, text, NULL);
+        assert_true(material_of(&l, "a")->base_color[0] == 1);
+        assert_true(material_of(&l, "b")->base_color[2] == 1);
+        finish(&l);
+    }
+}
+
 static const unsigned char *texel_of(const struct loaded *l, ng_asset image, uint32_t x, uint32_t y)
 {
     const struct ng_image *i = ng_assets_image(l->assets, image);
@@ -416,6 +484,8 @@ int main(void)
         cmocka_unit_test(test_polygons),
         cmocka_unit_test(test_materials),
         cmocka_unit_test(test_textures),
+        cmocka_unit_test(test_map_options),
+        cmocka_unit_test(test_libraries),
         cmocka_unit_test(test_bumps),
         cmocka_unit_test(test_faults),
         cmocka_unit_test(test_texture_faults),
