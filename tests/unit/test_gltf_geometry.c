@@ -5,6 +5,8 @@
 #include "anim/clip.h"
 #include "asset/assets.h"
 #include "asset/gltf.h"
+#include "asset/gltf_save.h"
+#include "base/file.h"
 #include "components/animation.h"
 #include "components/camera.h"
 #include "components/components.h"
@@ -28,15 +30,20 @@ struct loaded {
     struct test_log log;
 };
 
-static ng_result load(struct loaded *l, const char *path)
+static ng_result load_with(struct loaded *l, const char *path, const struct ng_gltf_params *params)
 {
     assert_int_equal(ng_world_create(NULL, &l->world), NG_OK);
     assert_int_equal(ng_components_register(l->world), NG_OK);
     assert_int_equal(ng_assets_create(&l->assets), NG_OK);
     test_log_begin(&l->log);
-    ng_result r = ng_gltf_load(path, l->world, l->assets, NULL, &l->scene);
+    ng_result r = ng_gltf_load(path, l->world, l->assets, params, &l->scene);
     test_log_end(&l->log);
     return r;
+}
+
+static ng_result load(struct loaded *l, const char *path)
+{
+    return load_with(l, path, NULL);
 }
 
 static void finish(struct loaded *l)
@@ -473,38 +480,81 @@ static void load_driven(struct loaded *l, const char *interpolation, bool cubic)
     assert_int_equal(l->log.warnings + l->log.errors, 0);
 }
 
-// Each primitive of the node gets a channel for each four weights.
+// Each primitive of the node has a channel for each four weights.
+static void check_driven(const struct loaded *l, int interpolation)
+{
+    bool cubic = interpolation == 2;
+    const struct ng_clip *clip =
+        ng_assets_clip(l->assets, ng_assets_next(l->assets, NG_ASSET_CLIP, (ng_asset){0}));
+    assert_int_equal(clip->channel_count, 4);
+    for (uint32_t c = 0; c < 4; c++) {
+        const struct ng_channel *channel = &clip->channels[c];
+        assert_int_equal(channel->interpolation, interpolation);
+        assert_int_equal(channel->component, NG_MORPH);
+        assert_int_equal(channel->width, 4);
+        assert_int_equal(channel->field_offset, c % 2 * 16);
+        assert_true(ng_world_has(l->world, channel->target, NG_MORPH));
+        for (size_t key = 0; key < 3; key++)
+            for (size_t i = 0; i < 4; i++) {
+                size_t target = c % 2 * 4 + i;
+                float expected = target < 5 ? (float)(target + 10 * key) : 0;
+                const float *row = channel->values + key * (cubic ? 12 : 4);
+                assert_float_equal(row[(cubic ? 4 : 0) + i], expected, 0);
+                if (cubic)
+                    assert_true(row[i] == expected * 10 && row[8 + i] == expected * 10);
+            }
+    }
+    assert_false(ng_entity_same(clip->channels[0].target, clip->channels[2].target));
+}
+
+static const char *const interpolations[] = {"STEP", "LINEAR", "CUBICSPLINE"};
+
 static void test_driven_weights(void **state)
 {
     NG_UNUSED(state);
-    static const char *const names[] = {"STEP", "LINEAR", "CUBICSPLINE"};
-    for (int interpolation = 0; interpolation < 3; interpolation++) {
+    for (int i = 0; i < 3; i++) {
         struct loaded l;
-        bool cubic = interpolation == 2;
-        load_driven(&l, names[interpolation], cubic);
-        const struct ng_clip *clip =
-            ng_assets_clip(l.assets, ng_assets_next(l.assets, NG_ASSET_CLIP, (ng_asset){0}));
-        assert_int_equal(clip->channel_count, 4);
-        assert_float_equal(clip->duration, 2, 0);
-        for (uint32_t c = 0; c < 4; c++) {
-            const struct ng_channel *channel = &clip->channels[c];
-            assert_int_equal(channel->interpolation, interpolation);
-            assert_int_equal(channel->component, NG_MORPH);
-            assert_int_equal(channel->width, 4);
-            assert_int_equal(channel->field_offset, c % 2 * 16);
-            assert_true(ng_world_has(l.world, channel->target, NG_MORPH));
-            for (size_t key = 0; key < 3; key++)
-                for (size_t i = 0; i < 4; i++) {
-                    size_t target = c % 2 * 4 + i;
-                    float expected = target < 5 ? (float)(target + 10 * key) : 0;
-                    const float *row = channel->values + key * (cubic ? 12 : 4);
-                    assert_float_equal(row[(cubic ? 4 : 0) + i], expected, 0);
-                    if (cubic)
-                        assert_true(row[i] == expected * 10 && row[8 + i] == expected * 10);
-                }
-        }
-        assert_false(ng_entity_same(clip->channels[0].target, clip->channels[2].target));
+        load_driven(&l, interpolations[i], i == 2);
+        check_driven(&l, i);
         finish(&l);
+    }
+}
+
+// A clip that was edited is written as the standard has it: one channel of the node, of all its weights.
+static void test_driven_weights_saved(void **state)
+{
+    NG_UNUSED(state);
+    for (int i = 0; i < 3; i++) {
+        struct loaded l;
+        char path[512], out[512];
+        void *text;
+        size_t size;
+        load_driven(&l, interpolations[i], i == 2);
+        finish(&l);
+        test_path(path, sizeof path, "driven.gltf");
+        test_path(out, sizeof out, "saved.gltf");
+        assert_int_equal(load_with(&l, path, &(struct ng_gltf_params){.keep = true}), NG_OK);
+        ng_asset id = ng_assets_next(l.assets, NG_ASSET_CLIP, (ng_asset){0});
+        struct ng_clip *clip = ng_assets_edit_clip(l.assets, id);
+        for (uint32_t c = 0; c < clip->channel_count; c++)
+            clip->channels[c].times[2] = 2.5f;
+        assert_int_equal(ng_assets_changed(l.assets, id), NG_OK);
+        const struct ng_gltf_save_params params = {l.world, l.assets, l.scene.root, l.scene.origin};
+        test_log_begin(&l.log);
+        assert_int_equal(ng_gltf_save(out, &params), NG_OK);
+        test_log_end(&l.log);
+        assert_int_equal(l.log.warnings, 0);
+        ng_gltf_origin_destroy(&l.scene.origin);
+        finish(&l);
+        assert_int_equal(load(&l, out), NG_OK);
+        check_driven(&l, i);
+        id = ng_assets_next(l.assets, NG_ASSET_CLIP, (ng_asset){0});
+        assert_float_equal(ng_assets_clip(l.assets, id)->duration, 2.5f, 0);
+        finish(&l);
+        assert_int_equal(ng_file_read(out, 0, &text, &size), NG_OK);
+        assert_null(strstr(text, "weights_0")); // as NG_scene has it
+        assert_non_null(strstr(text, "\"weights\""));
+        free(text);
     }
 }
 
@@ -583,6 +633,7 @@ int main(void)
         cmocka_unit_test(test_copies_that_cannot_be),
         cmocka_unit_test(test_morph_targets),
         cmocka_unit_test(test_driven_weights),
+        cmocka_unit_test(test_driven_weights_saved),
         cmocka_unit_test(test_targets_that_cannot_be),
         cmocka_unit_test(test_orthographic_cameras),
     };
