@@ -61,8 +61,10 @@ static void morph_meshes(void *user, uint32_t begin, uint32_t end, uint32_t work
     for (uint32_t i = begin; i < end; i++) {
         const struct ng_morph_params *p = &meshes[i];
         memcpy(p->out_positions, p->positions, p->vertex_count * (size_t)12);
-        memcpy(p->out_normals, p->normals, p->vertex_count * (size_t)12);
-        memcpy(p->out_tangents, p->tangents, p->vertex_count * (size_t)16);
+        if (p->normals)
+            memcpy(p->out_normals, p->normals, p->vertex_count * (size_t)12);
+        if (p->tangents)
+            memcpy(p->out_tangents, p->tangents, p->vertex_count * (size_t)16);
         each_target(p, add_target);
         each_target(p, finish_target);
     }

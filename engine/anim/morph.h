@@ -23,8 +23,8 @@ struct ng_morph_params {
     const float *delta_normals;     // [deltas][3], or null
     const float *delta_tangents;    // [deltas][3], or null
     const float *positions;         // [vertex_count][3]
-    const float *normals;           // [vertex_count][3], unit
-    const float *tangents;          // [vertex_count][4]
+    const float *normals;           // [vertex_count][3], unit; or null, as its deltas are then
+    const float *tangents;          // [vertex_count][4], or null
     // Out. What no target of a weight other than 0 moves is as it was, bit for bit; what is turned is unit.
     float *out_positions, *out_normals, *out_tangents;
 };

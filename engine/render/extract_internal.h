@@ -27,11 +27,14 @@ struct ng_shape {
     struct ng_refiner *refiner; // of subdivided shapes; else null
     struct ng_cage made_cage;   // where none is named
     const struct ng_cage *cage;
-    float *memory;          // vertices of refined and of the engine's own shapes
-    float *rest;            // of refined ones: positions at rest, once they differ
-    uint32_t *own_indices;  // of the engine's own
-    uint16_t *cage_joints;  // of skinned cages: [cage vertex_count][4]
-    float *cage_weights;    // [cage vertex_count][4]
+    float *memory;         // vertices of refined and of the engine's own shapes
+    float *rest;           // of refined ones: positions at rest, once they differ
+    uint32_t *own_indices; // of the engine's own
+    uint16_t *cage_joints; // of skinned cages: [cage vertex_count][4]
+    float *cage_weights;   // [cage vertex_count][4]
+    // Of cages that morph: what the geometry's targets add to the cage's vertices, as in struct ng_geometry.
+    uint32_t *cage_target_ends, *cage_delta_vertices;
+    float *cage_deltas;
     uint32_t joints_needed; // 1 + the largest joint of a skinned geometry
     uint32_t index;         // among the snapshot's meshes
     bool used;
@@ -55,8 +58,9 @@ struct ng_deformed {
     uint64_t posed;          // version of the pose
     uint64_t posed_revision; // of the shape
     struct ng_morph weights; // of the geometry's targets, those that it has
-    float *morphed;          // with targets and joints: positions, normals, tangents before joints move them
-    float *cage;             // skinned control points of a subdivided mesh
+    float *morphed;          // with targets and joints: positions, normals, tangents before joints move them,
+                             // or control points
+    float *cage;             // control points of a subdivided mesh
     float *positions[2], *normals, *tangents;
     float *memory; // all of the above
     int now;       // which positions are the current ones

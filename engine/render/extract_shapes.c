@@ -26,6 +26,9 @@ static void free_shape(struct ng_shape **shape)
     free(s->own_indices);
     free(s->cage_joints);
     free(s->cage_weights);
+    free(s->cage_target_ends);
+    free(s->cage_delta_vertices);
+    free(s->cage_deltas);
     free(s);
 }
 
@@ -195,6 +198,70 @@ static ng_result map_cage_joints(struct ng_shape *s)
     return NG_OK;
 }
 
+// The vertices of a cage at each vertex of the geometry: `next` leads from one to the others; 0: no more,
+// else plus 1.
+struct cage_places {
+    uint32_t *first, *next;
+};
+
+static bool find_places(const struct ng_shape *s, struct cage_places *out)
+{
+    const struct ng_cage *cage = s->cage;
+    out->first = calloc(s->source->vertex_count + (size_t)1, sizeof *out->first);
+    out->next = calloc(cage->vertex_count + (size_t)1, sizeof *out->next);
+    if (!out->first || !out->next)
+        return false;
+    for (uint32_t i = cage->vertex_count; i-- > 0;) {
+        uint32_t from = cage->vertex_map[i];
+        if (from >= s->source->vertex_count)
+            continue;
+        out->next[i] = out->first[from];
+        out->first[from] = i + 1;
+    }
+    return true;
+}
+
+// Walks the deltas of the geometry's targets as those of the cage; their number. Written if there is room.
+static uint64_t each_delta(struct ng_shape *s, const struct cage_places *places)
+{
+    const struct ng_geometry *g = s->source;
+    uint64_t count = 0;
+    for (uint32_t t = 0, i = 0; t < g->target_count; t++) {
+        for (; i < g->target_ends[t]; i++)
+            for (uint32_t at = places->first[g->delta_vertices[i]]; at; at = places->next[at - 1], count++)
+                if (s->cage_deltas) {
+                    s->cage_delta_vertices[count] = at - 1;
+                    memcpy(s->cage_deltas + count * 3, g->delta_positions + i * (size_t)3, 12);
+                }
+        if (s->cage_deltas)
+            s->cage_target_ends[t] = (uint32_t)count;
+    }
+    return count;
+}
+
+// What targets add to a cage's vertices, through its vertex map. A cage may name one vertex very often.
+static ng_result map_cage_targets(struct ng_shape *s)
+{
+    const struct ng_geometry *g = s->source;
+    const uint64_t most = 1u << 25;
+    struct cage_places places = {0};
+    if (!g->target_count || !g->delta_count || !s->cage->vertex_map)
+        return NG_OK;
+    bool ok = find_places(s, &places);
+    uint64_t count = ok ? each_delta(s, &places) : 0;
+    if (ok && count <= most) {
+        s->cage_target_ends = calloc(g->target_count, sizeof *s->cage_target_ends);
+        s->cage_delta_vertices = malloc(count * sizeof *s->cage_delta_vertices + 1);
+        s->cage_deltas = malloc(count * 3 * sizeof *s->cage_deltas + 1);
+        ok = s->cage_target_ends && s->cage_delta_vertices && s->cage_deltas;
+        if (ok)
+            each_delta(s, &places);
+    }
+    free(places.first);
+    free(places.next);
+    return ok ? NG_OK : ng_out_of_memory("the frame's scene");
+}
+
 // Where the cage's points are at rest; null: where they are.
 static const float *cage_at_rest(const struct ng_shape *s)
 {
@@ -265,6 +332,7 @@ static ng_result refine(struct ng_extractor *x, struct ng_shape *s, const struct
     s->mesh.uvs = refined.uvs;
     s->mesh.indices = refined.indices;
     NG_TRY(refine_points(x, s));
+    NG_TRY(map_cage_targets(s));
     return map_cage_joints(s);
 }
 

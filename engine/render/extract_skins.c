@@ -109,7 +109,7 @@ static const float *rest_of(const struct ng_shape *shape)
 
 static bool morphs(const struct ng_shape *shape)
 {
-    return shape->source->target_count && !shape->refiner;
+    return shape->source->target_count && (!shape->refiner || shape->cage_deltas);
 }
 
 // One block of floats for everything that a piece needs.
@@ -117,7 +117,7 @@ static ng_result make_deformed(struct ng_extractor *x, struct ng_pose *pose, con
                                struct ng_deformed **out)
 {
     size_t n = shape->mesh.vertex_count, cage = shape->refiner ? shape->cage->vertex_count : 0;
-    size_t morphed = pose && morphs(shape) ? n * 10 : 0;
+    size_t morphed = !pose || !morphs(shape) ? 0 : shape->refiner ? cage * 3 : n * 10;
     struct ng_deformed *s = calloc(1, sizeof *s);
     *out = s;
     if (!s)
@@ -168,12 +168,12 @@ static const struct ng_skeleton *usable_skeleton(struct ng_extractor *x, ng_enti
     return reason ? NULL : skeleton;
 }
 
-static void warn_subdivided(struct ng_extractor *x, const struct ng_piece *piece)
+static void warn_unmapped(struct ng_extractor *x, const struct ng_piece *piece)
 {
     char name[NG_TEXT_SIZE];
-    if (piece->shape->source->target_count && piece->shape->refiner &&
+    if (piece->shape->source->target_count && piece->shape->source->delta_count && !morphs(piece->shape) &&
         ng_extract_warn_once(x, piece->entity, NG_WARN_MORPH))
-        ng_log_warn("mesh '%s' does not follow its morph targets: it is subdivided",
+        ng_log_warn("mesh '%s' does not follow its morph targets: its subdivision cage has no vertex map",
                     ng_extract_name(x, piece->entity, name));
 }
 
@@ -181,7 +181,7 @@ ng_result ng_extract_deform_piece(struct ng_extractor *x, struct ng_piece *piece
 {
     const struct ng_skeleton *skeleton = usable_skeleton(x, piece->entity, piece->shape);
     struct ng_pose *pose = NULL;
-    warn_subdivided(x, piece);
+    warn_unmapped(x, piece);
     if (skeleton) {
         ng_asset id = ((const struct ng_skin *)ng_world_get(x->world, piece->entity, NG_SKIN))->skin;
         NG_TRY(find_pose(x, id, skeleton->joint_count, &pose));
@@ -220,6 +220,22 @@ static struct ng_morph_params morph_params(struct ng_piece *piece)
                                     .out_tangents = s->morphed ? s->morphed + n * 6 : s->tangents};
 }
 
+// A cage morphs, then joints move it, then it is refined.
+static struct ng_morph_params cage_morph_params(struct ng_piece *piece)
+{
+    const struct ng_shape *shape = piece->shape;
+    struct ng_deformed *s = piece->deformed;
+    uint32_t targets = shape->source->target_count;
+    return (struct ng_morph_params){.vertex_count = shape->cage->vertex_count,
+                                    .target_count = targets < NG_MORPH_TARGETS ? targets : NG_MORPH_TARGETS,
+                                    .weights = s->weights.weights,
+                                    .target_ends = shape->cage_target_ends,
+                                    .delta_vertices = shape->cage_delta_vertices,
+                                    .delta_positions = shape->cage_deltas,
+                                    .positions = shape->cage->positions,
+                                    .out_positions = s->morphed ? s->morphed : s->cage};
+}
+
 static struct ng_skin_params skin_params(struct ng_piece *piece)
 {
     const struct ng_geometry *g = piece->shape->source;
@@ -229,7 +245,7 @@ static struct ng_skin_params skin_params(struct ng_piece *piece)
         p.vertex_count = piece->shape->cage->vertex_count;
         p.joints = piece->shape->cage_joints;
         p.weights = piece->shape->cage_weights;
-        p.positions = piece->shape->cage->positions;
+        p.positions = s->morphed ? s->morphed : piece->shape->cage->positions;
         p.out_positions = s->cage;
         return p;
     }
@@ -272,7 +288,9 @@ static ng_result list_deforming(struct ng_extractor *x, uint32_t index)
     s->posed_revision = piece->shape->mesh.revision;
     s->mesh.rest_positions = rest_of(piece->shape);
     bool ok = ng_array_push(&x->posing, index);
-    ok = ok && (!morphs(piece->shape) || ng_array_push(&x->morphing, morph_params(piece)));
+    if (ok && morphs(piece->shape))
+        ok = ng_array_push(&x->morphing,
+                           piece->shape->refiner ? cage_morph_params(piece) : morph_params(piece));
     ok = ok && (!s->pose || ng_array_push(&x->skinning, skin_params(piece)));
     return ok ? NG_OK : ng_out_of_memory("the frame's scene");
 }

@@ -657,6 +657,52 @@ static void test_morphed_and_skinned(void **state)
     }
     NEAR(m->normals[1], -1, 1e-5);
     assert_true(instance_of(n, e)->matrix[3] == 0); // joints say where it is
+    OK(ng_world_add(s.world, e, NG_SUBDIVISION, &(struct ng_subdivision){.level = 2})); // the same of a cage
+    float high[2];
+    for (int i = 0; i < 2; i++) {
+        ((struct ng_morph *)ng_world_edit(s.world, e, NG_MORPH))->weights[0] = (float)i;
+        n = frame(&s, 1 + i);
+        NEAR(instance_of(n, e)->bounds_max[1], 0, 1e-5);
+        high[i] = instance_of(n, e)->bounds_max[2];
+    }
+    assert_true(high[0] > 0.1f);
+    NEAR(high[1], 3 * high[0], 1e-5);
+    close_scene(&s);
+}
+
+// A cage is refined from where its targets, and then its joints, have put it.
+static void test_morphed_cage(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct test_log log;
+    open_scene(&s, 2);
+    struct ng_geometry g = strip(QUADS);
+    add_targets(&g);
+    ng_asset geometry = take(&s, &g);
+    ng_entity e = add_entity(&s, "face", 0, 0, 0);
+    OK(ng_world_add(s.world, e, NG_MESH,
+                    &(struct ng_mesh){.geometry = geometry, .material = s.material, .visible = true}));
+    OK(ng_world_add(s.world, e, NG_SUBDIVISION, &(struct ng_subdivision){.level = 2}));
+    test_log_begin(&log);
+    const struct ng_snapshot_mesh *m = mesh_of(frame(&s, 0), e);
+    size_t count = m->vertex_count;
+    float *rest = copy_of(m->positions, count * 12);
+    const float top = instance_of(frame(&s, 1), e)->bounds_max[1];
+    OK(ng_world_add(s.world, e, NG_MORPH, &(struct ng_morph){{0.5f, 1}}));
+    m = mesh_of(frame(&s, 2), e);
+    test_log_end(&log);
+    assert_int_equal(log.warnings, 0);
+    assert_int_equal(m->vertex_count, count);
+    for (size_t i = 0; i < count; i++) { // stretched along y: the surface follows its cage
+        NEAR(m->positions[i * 3], rest[i * 3], 1e-5);
+        NEAR(m->positions[i * 3 + 1], 2 * rest[i * 3 + 1], 1e-5);
+    }
+    NEAR(instance_of(frame(&s, 3), e)->bounds_max[1], 2 * top, 1e-5);
+    struct ng_morph *morph = ng_world_edit(s.world, e, NG_MORPH);
+    morph->weights[0] = morph->weights[1] = 0;
+    assert_memory_equal(mesh_of(frame(&s, 4), e)->positions, rest, count * 12);
+    free(rest);
     close_scene(&s);
 }
 
@@ -1066,6 +1112,7 @@ int main(void)
         cmocka_unit_test(test_skinned_positions),
         cmocka_unit_test(test_morphed_positions),
         cmocka_unit_test(test_morphed_and_skinned),
+        cmocka_unit_test(test_morphed_cage),
         cmocka_unit_test(test_unusable_skin_warns_once),
         cmocka_unit_test(test_subdivided_pieces_share_one_shape),
         cmocka_unit_test(test_emitters_are_visible),
