@@ -1,4 +1,3 @@
-#define _POSIX_C_SOURCE 200809L // strncasecmp
 // MTL into glTF's metallic-roughness.
 //
 // Ns, the exponent of a Blinn-Phong lobe, becomes the GGX lobe of equal width: alpha^2 = 2 / (Ns + 2) (Walter
@@ -12,7 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 static float unit(float v)
 {
@@ -276,12 +274,21 @@ static ng_result read_library(struct obj_model *m, const char *name)
     return r == NG_OK ? m->result : r;
 }
 
+static bool is_ending(const char *text)
+{
+    static const char lower[] = ".mtl", upper[] = ".MTL";
+    for (int i = 0; i < 4; i++)
+        if (text[i] != lower[i] && text[i] != upper[i])
+            return false;
+    return true;
+}
+
 // Where the first of several names ends: behind ".mtl" and before a blank.
 static size_t name_length(const char *names)
 {
     for (size_t i = 0; names[i]; i++) {
         size_t end = i + 4;
-        if (strncasecmp(names + i, ".mtl", 4) != 0)
+        if (!is_ending(names + i))
             continue;
         end += names[0] == '"' && names[end] == '"';
         if (names[end] == ' ' || names[end] == '\t')
