@@ -255,6 +255,7 @@ static void read_camera(struct ng_extractor *x, ng_entity e, const struct ng_ext
         c->auto_exposure = p->exposure.mode == NG_EXPOSURE_AUTO;
         c->exposure = c->auto_exposure ? 1 : p->exposure.factor;
     }
+    c->exposure *= exp2f(p->exposure.stops);
     if (x->snapshot.environment != NG_NONE)
         memset(c->background, 0, sizeof c->background);
 }

@@ -30,6 +30,7 @@ enum ng_exposure_mode { NG_EXPOSURE_CAMERA, NG_EXPOSURE_AUTO, NG_EXPOSURE_FIXED 
 struct ng_exposure {
     enum ng_exposure_mode mode; // AUTO: as a light meter finds (render/meter.h)
     float factor;               // of FIXED, on radiance
+    float stops;                // brighter by so many, besides
 };
 
 struct ng_extract_params {

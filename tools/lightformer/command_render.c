@@ -3,18 +3,23 @@
 #include "files.h"
 #include "opening.h"
 #include "output.h"
+#include "pose.h"
 #include "progress.h"
 #include "render_clues.h"
 #include "render_reference.h"
 #include "scene_file.h"
 
+#include "app/camera_controller.h"
 #include "app/stage.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
 #include "base/printable.h"
+#include "components/camera.h"
+#include "components/components.h"
 #include "lightformer/dataset/sampler.h"
 #include "lightformer/neural/neural.h"
+#include "scene/world.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +27,7 @@
 #define DEFAULT_SAMPLES 64
 
 struct render {
-    const char *scene, *camera, *graph, *device, *resume, *weights;
+    const char *scene, *camera, *pose, *graph, *device, *resume, *weights;
     struct cli_texts outputs, clues;
     uint32_t method, aovs, threads;
     struct cli_size size;
@@ -113,6 +118,7 @@ static const struct cli_option options[] = {
      .offset = offsetof(struct render, camera),
      .value = "NAME",
      .doc = "a camera of the scene; the first one if not given"},
+    CLI_POSE(struct render),
     {.name = "--aov",
      .kind = CLI_SET,
      .flags = CLI_PICTURE,
@@ -198,6 +204,7 @@ struct job {
     void *method_state;                    // of the renderer's methods
     struct render_reference *reference;    // null for the renderer's methods
     struct lf_scene_sampler *sampler;      // null without --variation
+    const char *camera;                    // that pictures are of; null: the scene's first
     double time;                           // of a single picture
     uint32_t samples;                      // of the last picture
     const char *layers[OUTPUT_MAX_LAYERS]; // of an EXR: beauty and what --aov names
@@ -270,8 +277,10 @@ static bool check_layers(const struct render *r)
 // What the tables cannot say; false, reported, if it does not hold.
 static bool check_options(const struct render *r)
 {
-    if (!check_method(r) || !opening_check(&r->opening, "render"))
+    if (!check_method(r) || !opening_check(&r->opening, "render") || !pose_check(r->pose, "render"))
         return false;
+    if (r->pose && r->variation.given)
+        return refuse("--variation has a camera of its own, and no --pose");
     if (r->frames.given && r->time != 0) {
         fputs("lightformer render: --time and --frames exclude each other\n", stderr);
         return false;
@@ -321,12 +330,12 @@ static void choose_layers(struct job *job)
 static ng_result draw(struct job *job, double time)
 {
     if (job->reference) {
-        NG_TRY(ng_stage_advance(job->stage, time, job->render->camera));
+        NG_TRY(ng_stage_advance(job->stage, time, job->camera));
         return render_reference_draw(job->reference, job->stage->snapshot, &job->samples);
     }
     struct ng_stage_frame frame = {
         .time = time,
-        .camera = job->render->camera,
+        .camera = job->camera,
         .width = job->render->size.width,
         .height = job->render->size.height,
         .method = job->method->name,
@@ -457,7 +466,7 @@ static ng_result begin_motion(struct job *job)
     const struct render *r = job->render;
     double first = r->frames.given ? r->frames.first / CLI_FRAMES_A_SECOND : job->time;
     double before = first - 1 / CLI_FRAMES_A_SECOND;
-    return before < 0 ? NG_OK : ng_stage_seek(job->stage, before, r->camera);
+    return before < 0 ? NG_OK : ng_stage_seek(job->stage, before, job->camera);
 }
 
 // Scene, how it was opened, place and time: what a reference follows from besides its own parameters.
@@ -468,6 +477,8 @@ static uint64_t hash_picture(const struct job *job)
         ng_hash_bytes(opening_hash(&r->opening, job->stage->scene.hash), &job->time, sizeof job->time);
     if (r->variation.given)
         hash = ng_hash_combine(hash, r->variation.first);
+    if (r->pose)
+        hash = ng_hash_combine(hash, ng_hash_string(r->pose));
     return r->camera ? ng_hash_combine(hash, ng_hash_string(r->camera)) : hash;
 }
 
@@ -509,6 +520,30 @@ static ng_result vary(struct job *job)
     NG_TRY(lf_scene_sampler_begin(job->sampler, r->variation.first, &sample));
     job->time = sample.time;
     return NG_OK;
+}
+
+// With --pose pictures are of another camera, like the one of the scene.
+static ng_result choose_camera(struct job *job)
+{
+    static const char name[] = "lightformer:pose";
+    const struct render *r = job->render;
+    struct ng_world *world = job->stage->world;
+    ng_entity root = job->stage->scene.root, model = job->stage->scene.camera, camera;
+    job->camera = r->camera;
+    if (!r->pose)
+        return NG_OK;
+    if (r->camera)
+        model = pose_find_camera(world, root, r->camera);
+    struct ng_camera_controller c;
+    NG_TRY(ng_stage_seek(job->stage, job->time, r->camera)); // which says if there is none
+    if (!pose_look(world, root, model, &c))
+        return NG_ERROR_NOT_FOUND;
+    const struct ng_camera lens = *(const struct ng_camera *)ng_world_get(world, model, NG_CAMERA);
+    const struct pose pose = pose_read(r->pose);
+    pose_take(&pose, &c);
+    NG_TRY(pose_create_camera(world, name, &lens, &camera));
+    job->camera = name;
+    return pose_place_camera(world, camera, &c, &lens);
 }
 
 // Every file that a picture goes to: a sequence writes numbered ones only.
@@ -602,6 +637,7 @@ static ng_result render(struct job *job)
             &job->method_state));
     choose_layers(job);
     render_clues_name(&r->clues, &job->clues);
+    NG_TRY(choose_camera(job));
     NG_TRY(begin_motion(job));
     NG_TRY(r->frames.given ? render_sequence(job) : render_picture(job));
     if (r->graph)
@@ -629,6 +665,22 @@ static int run(const void *args)
     lf_scene_sampler_destroy(&job.sampler);
     ng_stage_destroy(&job.stage);
     return code;
+}
+
+bool render_canonical(const struct render_picture *p, char *out, size_t size)
+{
+    struct render r = {.scene = p->scene,
+                       .weights = p->weights,
+                       .pose = p->pose,
+                       .size = p->size,
+                       .time = p->time,
+                       .samples = p->samples,
+                       .opening = p->opening};
+    const char *name;
+    for (uint32_t i = 0; (name = method_render_name(i)); i++)
+        if (strcmp(name, p->method) == 0)
+            r.method = i;
+    return cli_canonical(&cli_render_command, &r, out, size);
 }
 
 const struct cli_command cli_render_command = {

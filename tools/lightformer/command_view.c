@@ -4,6 +4,7 @@
 #include "scene_file.h"
 #include "view_panels.h"
 #include "view_rate.h"
+#include "view_shot.h"
 #include "view_studio.h"
 
 #include "app/clip_menu.h"
@@ -25,8 +26,9 @@
 #include <string.h>
 
 struct view {
-    const char *scene, *device, *weights, *shaders;
+    const char *scene, *device, *weights, *shaders, *pose;
     uint32_t threads, method, layer, comparison, other, samples, frames;
+    double time;
     struct cli_size size;
     struct opening opening;
 };
@@ -38,6 +40,7 @@ static const struct cli_option options[] = {
     CLI_WEIGHTS(struct view),
     {.name = "--layer",
      .kind = CLI_CHOICE,
+     .flags = CLI_PICTURE,
      .offset = offsetof(struct view, layer),
      .value = "NAME",
      .fallback = "beauty",
@@ -45,6 +48,7 @@ static const struct cli_option options[] = {
      .doc = "what is shown"},
     {.name = "--compare",
      .kind = CLI_CHOICE,
+     .flags = CLI_PICTURE,
      .offset = offsetof(struct view, comparison),
      .value = "HOW",
      .fallback = "alone",
@@ -52,6 +56,7 @@ static const struct cli_option options[] = {
      .doc = "with another method"},
     {.name = "--other",
      .kind = CLI_CHOICE,
+     .flags = CLI_PICTURE,
      .offset = offsetof(struct view, other),
      .value = "NAME",
      .fallback = "reference",
@@ -59,11 +64,20 @@ static const struct cli_option options[] = {
      .doc = "the method to compare with"},
     {.name = "--spp",
      .kind = CLI_COUNT,
+     .flags = CLI_PICTURE,
      .offset = offsetof(struct view, samples),
      .value = "N",
      .fallback = "0",
      .max = 1000000,
      .doc = "reference: rests after so many paths a pixel; 0: never"},
+    {.name = "--time",
+     .kind = CLI_REAL,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct view, time),
+     .value = "S",
+     .max = 1e6,
+     .doc = "seconds into the animation, where it is paused; if not given it plays"},
+    CLI_POSE(struct view),
     {.name = "--frames",
      .kind = CLI_COUNT,
      .offset = offsetof(struct view, frames),
@@ -96,6 +110,7 @@ static const char keys[] =
                       "F2, F3, F5    what to show; what each pass takes; cameras and clips\n"
                       "F4            hide the captions\n"
                       "F11           full screen\n"
+                      "F12           write the picture to NAME.0001.png, .0002 ...\n"
                       "- = 0         darker, brighter, as the scene has it\n"
                       "V             the next camera of the scene\n"
                       "drop a file   view it instead\n"
@@ -108,7 +123,8 @@ static const char keys[] =
 #define TITLE_INTERVAL_S 0.25
 #define LISTEN_S         0.25 // at a time, where nothing happens
 #define FLIGHT_S         0.016
-#define SETTLING         3 // redraws after something happened: Dear ImGui measures first
+#define SHOT_S           4.0 // that a word about a screenshot stays
+#define SETTLING         3   // redraws after something happened: Dear ImGui measures first
 
 // The window's thread: it listens, steers, and shows the last picture with what is over it. Pictures are made
 // in the studio by a worker, whose frame is ours while that is not busy.
@@ -142,6 +158,8 @@ struct viewer {
     uint32_t frames, mark;
     double title_set;
     char title[1024];
+    char shot[300]; // what came of the last screenshot
+    double shot_until;
     bool show_keys, show_choices, show_times, show_clips, hide_captions;
 };
 
@@ -161,8 +179,7 @@ static bool is_loading(const struct viewer *v)
 static void write_order(struct viewer *v)
 {
     struct view_order *o = &v->order;
-    o->pose = ng_camera_controller_transform(&v->controller);
-    o->lens = v->controller.lens;
+    o->pose = pose_of(&v->controller);
     o->width = v->window->width;
     o->height = v->window->height;
     o->time = v->playback.time;
@@ -261,8 +278,8 @@ static void take_frame(struct viewer *v)
     ng_screen_take(v->screen, v->shown.pixels.items, v->shown.width, v->shown.height);
     if (v->shown.from_home) {
         v->controller = v->shown.home;
-        v->begun.pose = ng_camera_controller_transform(&v->controller); // as the picture has it
-        v->begun.lens = v->controller.lens;
+        pose_take(&v->shown.order.pose, &v->controller);
+        v->begun.pose = v->shown.order.pose;
     }
     v->playback.duration = v->shown.duration;
     view_rate_add(&v->rate, v->now, v->shown.ms);
@@ -354,6 +371,51 @@ static void react_to_clock(struct viewer *v, const struct ng_input *input, doubl
     v->jumps |= v->playback.jumped;
 }
 
+// What the picture would be asked for by.
+static bool write_command(const struct viewer *v, char *out, size_t size)
+{
+    const struct view_frame *f = &v->shown;
+    const struct view_order *o = &f->order;
+    const struct view_side *left = &o->sides[VIEW_LEFT];
+    char pose[POSE_TEXT];
+    pose_write(&o->pose, pose);
+    struct view all = *v->args;
+    all.scene = f->scene;
+    all.weights = f->weights;
+    all.pose = pose;
+    all.method = left->method;
+    all.layer = left->layer;
+    all.comparison = o->comparison;
+    all.other = o->sides[VIEW_RIGHT].method;
+    all.samples = f->samples;
+    all.time = o->time;
+    all.size = (struct cli_size){f->width, f->height};
+    all.opening.stops = (double)o->stops;
+    all.opening.clip = view_clip_option(f, all.opening.clip);
+    const struct render_picture plain = {.scene = all.scene,
+                                         .weights = all.weights,
+                                         .pose = pose,
+                                         .method = method_view_name(all.method),
+                                         .size = all.size,
+                                         .time = all.time,
+                                         .samples = all.samples,
+                                         .opening = all.opening};
+    if (!o->comparison && strcmp(ng_display_layer(left->layer), "beauty") == 0)
+        return render_canonical(&plain, out, size);
+    return cli_canonical(&cli_view_command, &all, out, size);
+}
+
+// What goes wrong is said in the log, and in the caption.
+static void take_shot(struct viewer *v)
+{
+    char command[2048];
+    if (!write_command(v, command, sizeof command))
+        snprintf(command, sizeof command, "lightformer view %s", ng_path_name(v->shown.scene));
+    v->shot_until = v->now + SHOT_S;
+    if (view_shot_write(&v->shown, command, v->shot, sizeof v->shot) != NG_OK)
+        snprintf(v->shot, sizeof v->shot, "the picture could not be written: see the terminal");
+}
+
 static void react_to_keys(struct viewer *v, const struct ng_input *input)
 {
     if (input->pressed[NG_KEY_ESCAPE])
@@ -364,6 +426,8 @@ static void react_to_keys(struct viewer *v, const struct ng_input *input)
     toggle(&v->hide_captions, input->pressed[NG_KEY_F1 + 3]);
     toggle(&v->show_clips, input->pressed[NG_KEY_F1 + 4]);
     v->mark += input->pressed[NG_KEY_F1 + 8];
+    if (input->pressed[NG_KEY_F1 + 11] && is_shown(v))
+        take_shot(v);
     if (input->pressed[NG_KEY_F1 + 10] % 2)
         ng_window_set_full_screen(v->window, !ng_window_is_full_screen(v->window));
     float stops = v->order.stops + STOPS * (float)(input->pressed['='] - input->pressed['-']);
@@ -384,6 +448,10 @@ static void react(struct viewer *v, double seconds)
     view_picture_react(&v->picture, input, on_ui ? 0 : v->window->width);
     if (!on_ui && !v->picture.dragging)
         steer(v, input);
+    if (v->shot_until > 0 && v->now >= v->shot_until) {
+        v->shot_until = 0;
+        v->redraws = SETTLING;
+    }
     if (v->window->stirred)
         v->redraws = SETTLING;
 }
@@ -434,6 +502,8 @@ static void draw_captions(struct viewer *v)
         ng_ui_caption(v->ui, edge, edge, "what is in the file now cannot be shown: see the terminal");
     if (!is_shown(v))
         return;
+    if (v->now < v->shot_until)
+        ng_ui_caption(v->ui, edge, edge + line, "%s", v->shot);
     describe_side(v, VIEW_LEFT, text, sizeof text);
     ng_ui_caption(v->ui, edge, -edge, "%s", text);
     if (!comparison)
@@ -539,6 +609,7 @@ static ng_result open_studio(struct viewer *v)
     NG_TRY(ng_watch_create(&v->watch));
     struct view_studio_params studio = {.device = args->device,
                                         .weights = args->weights,
+                                        .pose = args->pose,
                                         .threads = args->threads,
                                         .samples = args->samples,
                                         .method = args->method,
@@ -566,7 +637,9 @@ static ng_result open_viewer(struct viewer *v)
         .comparison = args->comparison,
         .divider = 0.5f,
     };
-    v->playback.playing = true;
+    v->playback.playing = args->time <= 0;
+    v->playback.time = args->time;
+    v->order.stops = (float)args->opening.stops;
     v->order.clip = NG_CLIPS_FIRST;
     v->order.opening = 1;
     snprintf(v->order.scene, sizeof v->order.scene, "%s", args->scene);
@@ -623,7 +696,7 @@ static void close_viewer(struct viewer *v)
 static int run(const void *args)
 {
     struct view values = *(const struct view *)args;
-    if (!opening_check(&values.opening, "view"))
+    if (!opening_check(&values.opening, "view") || !pose_check(values.pose, "view"))
         return CLI_USAGE;
     values.method = method_choose(METHOD_VIEW, values.method, values.scene, values.weights);
     static struct viewer v; // large

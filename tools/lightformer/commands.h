@@ -4,6 +4,7 @@
 #define LIGHTFORMER_COMMANDS_H
 
 #include "methods.h"
+#include "opening.h"
 #include "options.h"
 
 // Options that mean the same in several commands; the command's struct has a member of the option's name.
@@ -42,6 +43,17 @@
     }
 
 #define CLI_FRAMES_A_SECOND 30.0
+
+// A picture that others than `render` have made, by the options with which that makes the same.
+struct render_picture {
+    const char *scene, *weights, *pose, *method;
+    struct cli_size size;
+    double time;
+    uint32_t samples; // of the method "reference"
+    struct opening opening;
+};
+// The canonical command (options.h); false if it does not fit.
+bool render_canonical(const struct render_picture *picture, char *out, size_t size);
 
 extern const struct cli_command cli_render_command;
 extern const struct cli_command cli_view_command;

@@ -106,9 +106,10 @@ static void describe_reference(const void *state, char *out, size_t size)
                  (double)stats.rays * 1e-6);
 }
 
-static bool is_reference_unfinished(const void *state)
+static struct method_progress progress_of_reference(const void *state)
 {
-    return !lf_progressive_stats_of(state).resting;
+    struct lf_progressive_stats stats = lf_progressive_stats_of(state);
+    return (struct method_progress){!stats.resting, stats.samples};
 }
 
 // ---- the table -------------------------------------------------------------------------------------------
@@ -134,7 +135,7 @@ static const struct method methods[] = {
      .create = create_reference,
      .destroy = destroy_reference,
      .describe = describe_reference,
-     .is_unfinished = is_reference_unfinished},
+     .progress = progress_of_reference},
 };
 
 _Static_assert(NG_COUNT(methods) <= METHOD_MAX, "callers keep a state for each");
@@ -222,9 +223,9 @@ void method_close(const struct method *method, void **state)
         method->destroy(state);
 }
 
-bool method_is_unfinished(const struct method *method, const void *state)
+struct method_progress method_progress(const struct method *method, const void *state)
 {
-    return method->is_unfinished && state && method->is_unfinished(state);
+    return method->progress && state ? method->progress(state) : (struct method_progress){0};
 }
 
 void method_describe(const struct method *method, const void *state, char *out, size_t size)

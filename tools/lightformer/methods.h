@@ -26,6 +26,11 @@ struct method_params {
     uint32_t samples; // of methods that refine their picture: a pixel, at which they rest; 0: never
 };
 
+struct method_progress {
+    bool unfinished;  // more frames of the same would make a better picture
+    uint32_t samples; // a pixel, so far
+};
+
 struct method {
     const char *name; // of --method, and of the frame (render/frame.h)
     char key;         // that chooses it in view
@@ -37,8 +42,8 @@ struct method {
     void (*destroy)(void **state);
     // What there is to say of its picture so far, for people: "64 spp, 3.1 s". Null: nothing.
     void (*describe)(const void *state, char *out, size_t size);
-    // Whether more frames of the same would make its picture better. Null: never.
-    bool (*is_unfinished)(const void *state);
+    // How far its picture has come. Null: each is finished.
+    struct method_progress (*progress)(const void *state);
 };
 
 #define METHOD_MAX 8 // rows of the table at most
@@ -62,7 +67,7 @@ NG_NODISCARD ng_result method_open(const struct method *method, const struct met
 // What is behind the method "neural"; null for others, and without weights.
 struct lf_neural *method_neural(const struct method *method, void *state);
 void method_close(const struct method *method, void **state);
-bool method_is_unfinished(const struct method *method, const void *state);
+struct method_progress method_progress(const struct method *method, const void *state);
 // Empty if there is nothing to say.
 void method_describe(const struct method *method, const void *state, char *out, size_t size);
 

@@ -24,7 +24,7 @@ static bool read_exposure(const char *text, struct ng_exposure *out)
     }
     char *end;
     double stops = strtod(text, &end);
-    *out = (struct ng_exposure){NG_EXPOSURE_FIXED, (float)exp2(stops)};
+    *out = (struct ng_exposure){.mode = NG_EXPOSURE_FIXED, .factor = (float)exp2(stops)};
     return end != text && *end == 0 && fabs(stops) <= MOST_STOPS;
 }
 
@@ -43,6 +43,7 @@ struct ng_exposure opening_exposure(const struct opening *opening)
 {
     struct ng_exposure exposure;
     (void)read_exposure(opening->exposure, &exposure); // it was checked
+    exposure.stops = (float)opening->stops;
     return exposure;
 }
 

@@ -34,6 +34,7 @@ struct opening {
     bool no_default_light;
     uint32_t emissive_lights; // index into opening_emitters
     const char *clip, *exposure;
+    double stops;
 };
 
 extern const char *const opening_emitters[];
@@ -50,6 +51,11 @@ extern const char *const opening_emitters[];
         .offset = offsetof(type_, opening.exposure), .value = "EV|auto",                                     \
         .doc = "stops, 0: radiance as it is; if not given the camera's, or auto without NG_scene"            \
     }
+#define CLI_STOPS(type_)                                                                                     \
+    {                                                                                                        \
+        .name = "--stops", .kind = CLI_REAL, .flags = CLI_PICTURE, .offset = offsetof(type_, opening.stops), \
+        .value = "N", .min = -16, .max = 16, .doc = "brighter by so many stops than --exposure says"         \
+    }
 #define CLI_NO_DEFAULT_LIGHT(type_)                                                                          \
     {                                                                                                        \
         .name = "--no-default-light", .kind = CLI_FLAG, .flags = CLI_PICTURE,                                \
@@ -63,10 +69,10 @@ extern const char *const opening_emitters[];
     }
 // All of them, and their names, for lists of what excludes them.
 #define OPENING_NAMES                                                                                        \
-    "--clip", "--exposure", "--no-default-light", "--emissive-lights", "--strict", "--memory-limit"
+    "--clip", "--exposure", "--stops", "--no-default-light", "--emissive-lights", "--strict", "--memory-limit"
 #define CLI_OPENING(type_)                                                                                   \
-    CLI_CLIP(type_), CLI_EXPOSURE(type_), CLI_NO_DEFAULT_LIGHT(type_), CLI_EMISSIVE_LIGHTS(type_),           \
-        CLI_LOADING(type_, opening.loading)
+    CLI_CLIP(type_), CLI_EXPOSURE(type_), CLI_STOPS(type_), CLI_NO_DEFAULT_LIGHT(type_),                     \
+        CLI_EMISSIVE_LIGHTS(type_), CLI_LOADING(type_, opening.loading)
 
 // False, reported, if a value is none.
 bool opening_check(const struct opening *opening, const char *command);

@@ -91,17 +91,33 @@ static ng_result write_exr(const char *path, const struct output_picture *pictur
     return ng_exr_write(path, &params);
 }
 
+static struct ng_png_params png_params(const struct output_picture *picture, const struct texts *t,
+                                       struct ng_png_text texts[TEXT_COUNT])
+{
+    for (uint32_t i = 0; i < TEXT_COUNT; i++)
+        texts[i] = (struct ng_png_text){t->name[i], t->value[i]};
+    return (struct ng_png_params){.width = picture->width,
+                                  .height = picture->height,
+                                  .pixels = picture->display,
+                                  .texts = texts,
+                                  .text_count = TEXT_COUNT};
+}
+
 static ng_result write_png(const char *path, const struct output_picture *picture, const struct texts *t)
 {
     struct ng_png_text texts[TEXT_COUNT];
-    for (uint32_t i = 0; i < TEXT_COUNT; i++)
-        texts[i] = (struct ng_png_text){t->name[i], t->value[i]};
-    struct ng_png_params params = {.width = picture->width,
-                                   .height = picture->height,
-                                   .pixels = picture->display,
-                                   .texts = texts,
-                                   .text_count = TEXT_COUNT};
+    const struct ng_png_params params = png_params(picture, t, texts);
     return ng_png_write(path, &params);
+}
+
+ng_result output_encode_png(const struct output_picture *picture, const struct output_origin *origin,
+                            void **data, size_t *size)
+{
+    struct texts t;
+    struct ng_png_text texts[TEXT_COUNT];
+    describe(origin, &t);
+    const struct ng_png_params params = png_params(picture, &t, texts);
+    return ng_png_encode("the picture", &params, data, size);
 }
 
 ng_result output_write(const char *path, const struct output_picture *picture,

@@ -42,4 +42,8 @@ bool output_numbered(const char *path, uint32_t frame, char *out, size_t size);
 NG_NODISCARD ng_result output_write(const char *path, const struct output_picture *picture,
                                     const struct output_origin *origin);
 
+// The bytes of a PNG, from malloc.
+NG_NODISCARD ng_result output_encode_png(const struct output_picture *picture,
+                                         const struct output_origin *origin, void **data, size_t *size);
+
 #endif

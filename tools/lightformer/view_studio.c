@@ -9,8 +9,6 @@
 #include "components/camera.h"
 #include "components/components.h"
 #include "components/name.h"
-#include "components/placement.h"
-#include "components/scene_scale.h"
 #include "lightformer/net/net.h"
 #include "lightformer/neural/neural.h"
 #include "scene/world.h"
@@ -36,6 +34,7 @@ struct view_studio {
     uint32_t opening, looks; // of orders that were followed
     bool fresh;              // no picture of this scene has been made
     bool failed;
+    uint64_t pictures;       // so far
     NG_ARRAY(uint64_t) runs; // of each pass, before this frame
 };
 
@@ -144,35 +143,17 @@ static ng_result list_cameras(struct view_studio *s)
     return NG_OK;
 }
 
-static ng_result create_camera(struct view_studio *s)
-{
-    struct ng_world *world = s->stage->world;
-    struct ng_name name = {0};
-    memcpy(name.text, camera_name, sizeof camera_name);
-    s->camera = ng_entity_create(world);
-    NG_TRY(ng_world_add(world, s->camera, NG_NAME, &name));
-    NG_TRY(ng_world_add(world, s->camera, NG_CAMERA, &s->lens));
-    return ng_world_add(world, s->camera, NG_TRANSFORM,
-                        &(struct ng_transform){.rotation = {0, 0, 0, 1}, .scale = {1, 1, 1}});
-}
-
 // Ours becomes like a camera of the scene, and `home` what that sees.
 static void look_through(struct view_studio *s, ng_entity model)
 {
     const struct ng_world *world = s->stage->world;
-    const struct ng_camera *lens = ng_world_get(world, model, NG_CAMERA);
-    const struct ng_placement *placement = ng_world_get(world, model, NG_PLACEMENT);
-    const struct ng_scene_scale *scale = ng_world_get(world, s->stage->scene.root, NG_SCENE_SCALE);
-    if (!lens || !placement)
+    if (!pose_look(world, s->stage->scene.root, model, &s->home))
         return;
-    s->lens = *lens;
+    s->lens = *(const struct ng_camera *)ng_world_get(world, model, NG_CAMERA);
     if (s->exposure.mode != NG_EXPOSURE_CAMERA) {
         s->lens.auto_exposure = s->exposure.mode == NG_EXPOSURE_AUTO;
         s->lens.exposure = s->lens.auto_exposure ? 1 : s->exposure.factor;
     }
-    bool parallel = lens->projection == NG_PROJECTION_ORTHOGRAPHIC;
-    ng_camera_controller_look(&s->home, placement->matrix, scale ? scale->radius : 1);
-    ng_camera_controller_see(&s->home, parallel ? lens->height : 2 * tanf(lens->fov_y / 2), parallel);
 }
 
 // What belongs to the scene on the stage, which has not run yet.
@@ -184,7 +165,7 @@ static ng_result begin_scene(struct view_studio *s, double time, bool first)
     NG_TRY(ng_stage_seek(s->stage, time, NULL)); // places the scene's cameras
     NG_TRY(list_cameras(s));
     look_through(s, s->stage->scene.camera);
-    return create_camera(s);
+    return pose_create_camera(s->stage->world, camera_name, &s->lens, &s->camera);
 }
 
 // Whether a scene's network, if it has one, can be read.
@@ -205,7 +186,7 @@ static ng_result open_first(struct view_studio *s, const struct view_order *orde
     NG_TRY(ng_stage_create(&params, &s->stage));
     memcpy(s->scene, order->scene, sizeof s->scene);
     s->fresh = true;
-    return begin_scene(s, 0, true);
+    return begin_scene(s, order->time, true);
 }
 
 // Instead of the scene that is there. What cannot be loaded changes nothing, and is tried again when its
@@ -230,7 +211,7 @@ static ng_result open_another(struct view_studio *s, const struct view_order *or
     memcpy(s->scene, order->scene, sizeof s->scene);
     s->weights = weights;
     s->fresh = s->fresh || !again;
-    return begin_scene(s, again ? order->time : 0, false);
+    return begin_scene(s, order->time, false);
 }
 
 // ---- A picture
@@ -251,19 +232,19 @@ static void follow_clip(struct view_studio *s, uint32_t clip)
         ng_clip_menu_play(s->clips, clip);
 }
 
-// Only what changes is written: the world takes what is written for a change.
-static ng_result place_camera(struct view_studio *s, const struct view_order *order, bool home)
+// Where the order wants it, or `home`; `*pose` is where it is then.
+static ng_result place_camera(struct view_studio *s, const struct view_order *order, bool home,
+                              struct pose *pose)
 {
-    struct ng_world *world = s->stage->world;
-    struct ng_transform pose = home ? ng_camera_controller_transform(&s->home) : order->pose;
+    struct ng_camera_controller c = s->home;
     struct ng_camera lens = s->lens;
-    const struct ng_camera *now = ng_world_get(world, s->camera, NG_CAMERA);
+    const char *first = s->pictures ? NULL : s->params.pose;
+    const struct pose wanted = first ? pose_read(first) : order->pose;
+    if (first || !home)
+        pose_take(&wanted, &c);
+    *pose = pose_of(&c);
     lens.exposure *= exp2f(order->stops);
-    if (!home && lens.projection == NG_PROJECTION_ORTHOGRAPHIC)
-        lens.height = order->lens;
-    if (memcmp(now, &lens, sizeof lens) != 0)
-        NG_TRY(ng_world_set(world, s->camera, NG_CAMERA, &lens));
-    return ng_world_set(world, s->camera, NG_TRANSFORM, &pose);
+    return pose_place_camera(s->stage->world, s->camera, &c, &lens);
 }
 
 static ng_result draw(struct view_studio *s, const struct view_drawing *d)
@@ -310,14 +291,17 @@ static void describe_side(const struct view_studio *s, const struct view_order *
              has ? "" : " (does not compute it)", progress[0] ? ": " : "", progress);
 }
 
-static bool is_unfinished(const struct view_studio *s, const struct view_order *order)
+// Of both sides: one path tracer serves them.
+static struct method_progress progress_of(const struct view_studio *s, const struct view_order *order)
 {
-    bool unfinished = false;
+    struct method_progress all = {0};
     for (uint32_t i = 0; i < (order->comparison ? VIEW_SIDES : 1u); i++) {
         uint32_t method = order->sides[i].method;
-        unfinished |= method_is_unfinished(method_of(METHOD_VIEW, method), s->methods[method]);
+        struct method_progress p = method_progress(method_of(METHOD_VIEW, method), s->methods[method]);
+        all.unfinished |= p.unfinished;
+        all.samples = p.samples ? p.samples : all.samples;
     }
-    return unfinished;
+    return all;
 }
 
 static ng_result list_passes(struct view_studio *s, struct view_frame *f)
@@ -385,7 +369,9 @@ static ng_result fill_frame(struct view_studio *s, const struct view_order *orde
     f->home = s->home;
     f->duration = (double)s->stage->scene.duration;
     f->auto_exposure = s->lens.auto_exposure;
-    f->unfinished = is_unfinished(s, order);
+    f->unfinished = progress_of(s, order).unfinished;
+    f->samples = progress_of(s, order).samples;
+    f->weights = s->weights;
     f->world_ms = s->stage->world_ms;
     f->extract_ms = s->stage->extract_ms;
     return NG_OK;
@@ -399,14 +385,17 @@ static ng_result make(struct view_studio *s, const struct view_drawing *d, struc
     s->opening = order->opening;
     bool home = follow_scene(s, order);
     follow_clip(s, order->clip);
-    NG_TRY(place_camera(s, order, home));
+    struct pose pose;
+    NG_TRY(place_camera(s, order, home, &pose));
     uint64_t start = ng_clock_ns();
     NG_TRY(draw(s, d));
     NG_TRY(fill_frame(s, order, f));
     f->ms = (double)(ng_clock_ns() - start) * 1e-6;
     f->from_home = home;
+    f->order.pose = pose;
     s->looks = order->looks;
     s->fresh = false;
+    s->pictures++;
     return NG_OK;
 }
 

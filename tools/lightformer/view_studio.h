@@ -5,6 +5,7 @@
 #define LIGHTFORMER_VIEW_STUDIO_H
 
 #include "opening.h"
+#include "pose.h"
 #include "view_picture.h"
 
 #include "app/camera_controller.h"
@@ -20,8 +21,7 @@ struct view_order {
     uint32_t opening;       // another number: open it, again if it is there already
     uint32_t camera, looks; // another number of looks: see what this camera of the scene sees
     uint32_t clip;          // NG_CLIPS_*, or one
-    struct ng_transform pose;
-    float lens; // of a parallel view: its height, metres
+    struct pose pose;
     float stops;
     uint32_t width, height;
     double time;
@@ -45,12 +45,12 @@ struct view_pass {
 
 struct view_frame {
     ng_result result;        // NG_ABANDONED: nothing below has changed
-    struct view_order order; // that it is of
+    struct view_order order; // that it is of; with the pose that it has
     bool failed;             // the scene that was asked for cannot be shown; another one is
     char scene[4096];        // path of the one that is
     uint64_t scene_hash;
     struct ng_camera_controller home; // what the camera that was last looked through sees
-    bool from_home;                   // so does this picture, wherever the order had the camera
+    bool from_home;                   // so does this picture, wherever the order put the camera
     double duration;                  // of the scene's animation, seconds
     bool auto_exposure;
     uint32_t width, height;
@@ -58,6 +58,8 @@ struct view_frame {
     struct ng_pick pick;
     char sides[VIEW_SIDES][256]; // "reference, direct: 12 spp, ..."
     bool unfinished;             // the same order again makes a better picture
+    uint32_t samples;            // a pixel, of what is path traced; 0: a preview, or nothing is
+    const char *weights;         // of the network, as asked for; borrowed from the parameters
     double ms, world_ms, extract_ms;
     NG_ARRAY(struct view_pass) passes; // that ran
     NG_ARRAY(struct view_clip) clips;
@@ -66,7 +68,7 @@ struct view_frame {
 void view_frame_finish(struct view_frame *frame);
 
 struct view_studio_params {
-    const char *device, *weights; // as options have them; weights are of the first scene
+    const char *device, *weights, *pose; // as options have them; the latter are of the first scene
     uint32_t threads, samples;
     uint32_t method, other; // that must be at hand; others may lack weights
     bool compares;
