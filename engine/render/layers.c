@@ -129,7 +129,7 @@ static void load_texel(const struct ng_graph_memory *m, uint32_t x, uint32_t y, 
             out[i] = ng_half_to_float(halves[i]);
         break;
     default:
-        assert(!"a layer's format is one of these");
+        assert(false && "a layer's format is one of these");
     }
 }
 

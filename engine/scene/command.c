@@ -55,7 +55,7 @@ static ng_result run(struct ng_world *world, const struct ng_op *op, const void 
     case NG_OP_MOVE:
         return run_move(world, op);
     default:
-        assert(!"not a command");
+        assert(false && "not a command");
         return NG_ERROR_USAGE;
     }
 }

@@ -161,7 +161,7 @@ static ng_result toggle(struct ng_world *world, struct ng_op_list *list, size_t 
         op->type->exchange(op->change, forward);
         return NG_OK;
     }
-    assert(!"no such operation");
+    assert(false && "no such operation");
     return NG_ERROR_USAGE;
 }
 
