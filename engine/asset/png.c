@@ -68,6 +68,20 @@ static void reader_finish(struct reader *r)
     free(r->rows);
 }
 
+// Whether each chunk ends within the file: libpng allocates what a chunk claims to hold before it is read.
+static bool chunks_fit(const unsigned char *data, size_t size)
+{
+    for (size_t at = 8; at + 12 <= size;) {
+        uint32_t length = png_get_uint_32(data + at);
+        if (length > size - at - 12)
+            return false;
+        if (memcmp(data + at + 4, "IEND", 4) == 0)
+            break;
+        at += 12 + (size_t)length;
+    }
+    return true;
+}
+
 // Whatever is in the file, rows of RGBA8 come out.
 static void set_conversions(png_structp png, png_infop info)
 {
@@ -83,7 +97,7 @@ static ng_result read_image(struct reader *r, const char *name, const struct ng_
 {
     if (setjmp(png_jmpbuf(r->png)))
         return NG_ERROR_FORMAT;
-    if (r->left < 24)
+    if (r->left < 24 || !chunks_fit(r->data, r->left))
         png_error(r->png, "the data ends too early");
     // The size stands in a fixed place: it is checked before libpng sees anything.
     uint32_t width = png_get_uint_32(r->data + 16), height = png_get_uint_32(r->data + 20);
@@ -123,6 +137,8 @@ ng_result ng_png_decode(const char *name, const void *data, size_t size, const s
 static char *find_text(struct reader *r, const char *key)
 {
     if (setjmp(png_jmpbuf(r->png)))
+        return NULL;
+    if (!chunks_fit(r->data, r->left))
         return NULL;
     png_read_info(r->png, r->info);
     png_textp texts;
