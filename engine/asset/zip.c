@@ -45,7 +45,12 @@ ng_result ng_zip_open(const char *path, void *data, size_t size, struct ng_zip *
         free(data);
         return ng_out_of_memory(path);
     }
-    zip->handle = open_bytes(path, data, size);
+    if (size) {
+        zip->handle = open_bytes(path, data, size);
+    } else { // libzip would not take the bytes of nothing
+        ng_log_error("%s: is an empty file, not a zip file", path);
+        free(data);
+    }
     size_t length = strlen(path) + 1;
     zip->path = malloc(length);
     if (zip->handle && zip->path) {
