@@ -247,7 +247,7 @@ static void write_material(struct obj_glb *g, const struct obj_material *in, con
 static void add_material(void *user, const struct obj_material *in)
 {
     struct obj_model *m = user;
-    size_t used = m->material_names.items.count;
+    size_t used = m->materials.count; // names that no face has come after
     uint32_t index =
         m->result == NG_OK && in->name[0] ? ng_obj_name(&m->material_names, in->name) : UINT32_MAX;
     if (index >= used || m->materials.items[index].gltf >= 0)
