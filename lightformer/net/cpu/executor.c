@@ -170,9 +170,10 @@ static ng_result fit_pictures(struct lf_run *run, enum lf_image_owner owner, uin
     for (uint32_t light = 0; light < lights; light++)
         for (size_t i = 0; i < plan->images.count; i++) {
             const struct lf_image_plan *p = &plan->images.items[i];
-            struct lf_stored_image *s = store->images.items + light * plan->image_counts[owner] + p->slot;
-            if (p->owner == owner && !is_of_rows(plan, p))
-                s->image = place_image(run, p, s);
+            if (p->owner != owner || is_of_rows(plan, p))
+                continue;
+            struct lf_stored_image *s = &store->images.items[light * plan->image_counts[owner] + p->slot];
+            s->image = place_image(run, p, s);
         }
     return NG_OK;
 }
