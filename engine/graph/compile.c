@@ -71,10 +71,10 @@ static ng_result compile(struct ng_graph *g)
 
 ng_result ng_graph_compile(struct ng_graph *g)
 {
-    if (g->compiled)
-        return NG_OK;
     if (g->broken)
         return NG_ERROR_USAGE;
+    if (g->compiled)
+        return NG_OK;
     NG_TRY(compile(g));
     g->compiled = true;
     g->logged[0] = 0;
@@ -83,5 +83,5 @@ ng_result ng_graph_compile(struct ng_graph *g)
 
 const struct ng_plan *ng_graph_plan(const struct ng_graph *g)
 {
-    return g->compiled ? &g->plan : NULL;
+    return g->compiled && !g->broken ? &g->plan : NULL;
 }

@@ -116,6 +116,14 @@ ng_result graph_no_memory(struct ng_graph *g)
     return NG_ERROR_MEMORY;
 }
 
+// What comes after the frame was compiled would be lost without a word.
+static bool is_open(struct ng_graph *g, const char *what, const char *name)
+{
+    if (g->compiled)
+        (void)graph_fail(g, "%s '%s' is declared after the frame was compiled", what, name ? name : "");
+    return !g->compiled;
+}
+
 bool graph_knows(const struct ng_graph *g, struct ng_graph_ref ref)
 {
     return REF_SERIAL(ref) == g->serial && REF_RESOURCE(ref) < g->resources.count;
@@ -132,6 +140,8 @@ static struct ng_graph_ref add(struct ng_graph *g, const char *name, const struc
 {
     struct decl_resource r = *params;
     r.name = ng_arena_string(&g->arena, name ? name : "");
+    if (!is_open(g, "resource", name))
+        return (struct ng_graph_ref){0};
     if (g->resources.count == MAX_RESOURCES) {
         graph_fail(g, "resource '%s' is one too many: a frame has at most %u", r.name, MAX_RESOURCES);
         return (struct ng_graph_ref){0};
@@ -226,21 +236,36 @@ struct ng_graph_ref ng_graph_history_buffer(struct ng_graph *g, const char *name
     return add_kept(g, name, r, valid);
 }
 
-static struct decl_resource imported(const struct ng_graph_import *import)
+// A word that tells in which state an import is: of images one with a layout.
+static bool is_state(enum ng_use use, bool is_image)
 {
-    struct ng_graph_import none = {0};
-    const struct ng_graph_import *i = import ? import : &none;
+    if (use == NG_USE_NONE)
+        return true;
+    if ((unsigned)use >= NG_USE_COUNT)
+        return false;
+    return is_image ? ng_use_info(use)->layout != VK_IMAGE_LAYOUT_UNDEFINED : ng_use_of_buffers(use);
+}
+
+static struct decl_resource imported(struct ng_graph *g, const char *name, bool is_image,
+                                     const struct ng_graph_import *import)
+{
+    struct ng_graph_import i = import ? *import : (struct ng_graph_import){0};
+    if (!is_state(i.initial, is_image) || !is_state(i.final, is_image)) {
+        (void)graph_fail(g, "%s '%s' is imported from word %d to word %d, which do not say its state",
+                         is_image ? "image" : "buffer", name ? name : "", (int)i.initial, (int)i.final);
+        i = (struct ng_graph_import){0};
+    }
     return (struct decl_resource){.kind = NG_RESOURCE_IMPORTED,
-                                  .has_content = i->initial != NG_USE_NONE,
-                                  .initial_layout = ng_use_info(i->initial)->layout,
-                                  .final = i->final};
+                                  .is_image = is_image,
+                                  .has_content = i.initial != NG_USE_NONE,
+                                  .initial_layout = ng_use_info(i.initial)->layout,
+                                  .final = i.final};
 }
 
 struct ng_graph_ref ng_graph_import_image(struct ng_graph *g, const char *name, struct ng_gpu_image *image,
                                           const struct ng_graph_import *import)
 {
-    struct decl_resource r = imported(import);
-    r.is_image = true;
+    struct decl_resource r = imported(g, name, true, import);
     if (image) {
         r.image = (struct ng_graph_image_params){.format = image->format,
                                                  .width = image->width,
@@ -256,7 +281,7 @@ struct ng_graph_ref ng_graph_import_image(struct ng_graph *g, const char *name, 
 struct ng_graph_ref ng_graph_import_buffer(struct ng_graph *g, const char *name, struct ng_gpu_buffer *buffer,
                                            const struct ng_graph_import *import)
 {
-    struct decl_resource r = imported(import);
+    struct decl_resource r = imported(g, name, false, import);
     if (buffer) {
         r.buffer.size = buffer->size;
         r.imported.buffer = buffer;
@@ -266,12 +291,13 @@ struct ng_graph_ref ng_graph_import_buffer(struct ng_graph *g, const char *name,
 
 void ng_graph_forget(struct ng_graph *g, struct ng_graph_ref ref)
 {
-    uint32_t index = REF_RESOURCE(ref);
-    if (REF_SERIAL(ref) != g->serial || index >= g->resources.count) {
+    if (!graph_knows(g, ref)) {
         (void)graph_fail(g, "ng_graph_forget is given a ref that is not of this frame");
         return;
     }
-    struct decl_resource *r = &g->resources.items[index];
+    struct decl_resource *r = &g->resources.items[REF_RESOURCE(ref)];
+    if (!is_open(g, "forgetting", r->name))
+        return;
     if (r->kind != NG_RESOURCE_PERSISTENT || REF_VERSION(ref))
         (void)graph_fail(g, "ng_graph_forget: '%s' is not persistent, or has been written in this frame",
                          r->name);
@@ -281,14 +307,14 @@ void ng_graph_forget(struct ng_graph *g, struct ng_graph_ref ref)
 
 void ng_graph_export(struct ng_graph *g, struct ng_graph_ref ref)
 {
-    if (!ng_array_push(&g->exports, ref))
+    if (is_open(g, "an export", NULL) && !ng_array_push(&g->exports, ref))
         graph_no_memory(g);
 }
 
 void ng_graph_readback(struct ng_graph *g, const char *name)
 {
     const char *copy = ng_arena_string(&g->arena, name);
-    if (!copy || !ng_array_push(&g->readbacks, copy))
+    if (is_open(g, "a readback of", name) && (!copy || !ng_array_push(&g->readbacks, copy)))
         graph_no_memory(g);
 }
 
@@ -309,6 +335,8 @@ static struct ng_pass *next_pass(struct ng_graph *g)
 
 struct ng_pass *ng_graph_add_pass(struct ng_graph *g, const struct ng_pass_params *params)
 {
+    if (!is_open(g, "pass", params->name))
+        return &g->lost_pass;
     const char *name = ng_arena_string(&g->arena, params->name ? params->name : "");
     void *data = (void *)(uintptr_t)params->data;
     if (params->data_size) {
@@ -341,7 +369,7 @@ static struct ng_graph_ref record(struct ng_pass *pass, struct ng_graph_ref ref,
     u.resource = REF_RESOURCE(ref);
     u.version = REF_VERSION(ref);
     u.known = graph_knows(g, ref);
-    if (pass == &g->lost_pass)
+    if (pass == &g->lost_pass || !is_open(g, "a use by pass", pass->name))
         return (struct ng_graph_ref){0};
     if (!ng_array_push(&pass->uses, u)) {
         graph_no_memory(g);
@@ -387,6 +415,7 @@ void ng_pass_after(struct ng_pass *pass, const char *name)
 {
     struct ng_graph *g = pass->graph;
     const char *copy = ng_arena_string(&g->arena, name);
-    if (pass != &g->lost_pass && (!copy || !ng_array_push(&pass->after, copy)))
+    if (pass != &g->lost_pass && is_open(g, "the order of pass", pass->name) &&
+        (!copy || !ng_array_push(&pass->after, copy)))
         graph_no_memory(g);
 }

@@ -24,7 +24,7 @@
 //
 // Errors: a mistake in a declaration is logged once, naming pass and resource; from then on the frame is
 // broken, calls return harmless values, and ng_graph_compile returns the error. Nothing needs to be checked
-// between ng_graph_begin and ng_graph_compile.
+// between ng_graph_begin and ng_graph_compile; to declare anything after that is a mistake, too.
 //
 // Culling: a pass runs if something that leaves the frame needs it: an export, a readback, a write to an
 // imported, persistent or history resource (but see NG_PASS_ON_DEMAND), or NG_PASS_SIDE_EFFECT.

@@ -321,6 +321,45 @@ static void host_use_of_unmapped_import(struct ng_graph *g)
                   NG_USE_HOST_WRITE);
 }
 
+static void import_from_no_state(struct ng_graph *g)
+{
+    static struct ng_gpu_image screen = {
+        .width = 8, .height = 8, .layers = 1, .mips = 1, .format = VK_FORMAT_R8G8B8A8_UNORM};
+    ng_graph_import_image(g, "screen", &screen, &(struct ng_graph_import){NG_USE_HOST_WRITE, NG_USE_NONE});
+}
+
+static void import_to_unknown_word(struct ng_graph *g)
+{
+    static struct ng_gpu_buffer far = {.size = 64};
+    ng_graph_import_buffer(g, "far", &far, &(struct ng_graph_import){NG_USE_NONE, (enum ng_use)250});
+}
+
+static void late_resource(struct ng_graph *g)
+{
+    assert_int_equal(ng_graph_compile(g), NG_OK);
+    buffer(g, "points");
+}
+
+static void late_pass(struct ng_graph *g)
+{
+    assert_int_equal(ng_graph_compile(g), NG_OK);
+    ng_pass_write(pass(g, "draw", NG_PASS_COMPUTE), (struct ng_graph_ref){0}, NG_USE_STORAGE_WRITE);
+}
+
+static void late_use(struct ng_graph *g)
+{
+    struct ng_pass *first = pass(g, "first", NG_PASS_COMPUTE);
+    struct ng_graph_ref points = buffer(g, "points");
+    assert_int_equal(ng_graph_compile(g), NG_OK);
+    ng_pass_write(first, points, NG_USE_STORAGE_WRITE);
+}
+
+static void late_readback(struct ng_graph *g)
+{
+    assert_int_equal(ng_graph_compile(g), NG_OK);
+    ng_graph_readback(g, "points");
+}
+
 static const struct mistake {
     void (*make)(struct ng_graph *g);
     const char *say[3];
@@ -368,6 +407,12 @@ static const struct mistake {
     {import_lacks_usage, {"pass 'draw'", "'screen'", "without that usage"}},
     {readback_of_uncopyable, {"'z' is to be read back", "cannot be copied"}},
     {host_use_of_unmapped_import, {"'think'", "'far'", "not mapped"}},
+    {import_from_no_state, {"image 'screen' is imported", "do not say its state"}},
+    {import_to_unknown_word, {"buffer 'far' is imported", "word 250"}},
+    {late_resource, {"resource 'points' is declared after the frame was compiled"}},
+    {late_pass, {"pass 'draw' is declared after"}},
+    {late_use, {"pass 'first' is declared after"}},
+    {late_readback, {"'points' is declared after"}},
 };
 
 static void each_mistake_names_pass_and_resource(void **state)
