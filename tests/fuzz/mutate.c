@@ -234,3 +234,40 @@ void mutate_json(struct bytes *b, size_t begin, size_t *end, struct ng_rng *r)
     *end = *end < b->data.count ? *end : b->data.count;
     ng_array_finish(&s.spans);
 }
+
+void mutate_text(struct bytes *b, struct ng_rng *r)
+{
+    size_t end = b->data.count;
+    if (fuzz_one_in(r, 6))
+        mutate_bytes(b, r);
+    else
+        mutate_json(b, 0, &end, r);
+}
+
+static uint32_t word_at(const struct bytes *b, size_t at)
+{
+    uint32_t value = 0;
+    for (size_t i = 0; i < 4 && at + i < b->data.count; i++)
+        value |= (uint32_t)b->data.items[at + i] << (8 * i);
+    return value;
+}
+
+static void put_word(struct bytes *b, size_t at, size_t value)
+{
+    for (size_t i = 0; i < 4 && at + i < b->data.count; i++)
+        b->data.items[at + i] = (unsigned char)(value >> (8 * i));
+}
+
+void mutate_glb(struct bytes *b, struct ng_rng *r)
+{
+    size_t end = 20 + (size_t)word_at(b, 12);
+    if (end > b->data.count || fuzz_one_in(r, 3)) {
+        mutate_bytes(b, r);
+        return;
+    }
+    mutate_json(b, 20, &end, r);
+    while (end < b->data.count && end % 4 != 0)
+        bytes_splice(b, end++, 0, " ", 1);
+    put_word(b, 12, end - 20);
+    put_word(b, 8, b->data.count);
+}

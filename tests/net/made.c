@@ -13,6 +13,21 @@
 
 // ---- Networks -------------------------------------------------------------------------------------------
 
+const char *const made_program =
+    "[{\"op\":\"linear\",\"in\":[\"vpl.offset\",\"light.color\"],\"out\":\"a\",\"name\":\"a\",\"channels\":6,"
+    "\"act\":\"relu\"},{\"op\":\"mean\",\"in\":[\"a\"],\"out\":\"z\"},"
+    "{\"op\":\"linear\",\"in\":[\"z\",\"view.direction\"],\"out\":\"b\",\"name\":\"b\",\"channels\":6},"
+    "{\"op\":\"pool\",\"in\":[\"b\"],\"out\":\"c\"},{\"op\":\"conv\",\"in\":[\"c\"],\"out\":\"d\",\"name\":"
+    "\"d\","
+    "\"channels\":4},{\"op\":\"up\",\"in\":[\"d\"],\"out\":\"e\"},{\"op\":\"slice\",\"in\":[\"e\"],\"from\":"
+    "1,\"to\":4,"
+    "\"out\":\"f\"},{\"op\":\"sum\",\"in\":[\"f\",\"light.share\"],\"out\":\"direct\"},"
+    "{\"op\":\"attend\",\"in\":[\"pixel.normal\",\"light.kind\",\"f\"],\"heads\":3,\"gate\":\"sigmoid\","
+    "\"out\":\"g\"},"
+    "{\"op\":\"clamp\",\"in\":[\"g\"],\"low\":0,\"high\":1e3,\"out\":\"unshadowed\"},"
+    "{\"op\":\"affine\",\"in\":[\"direct\"],\"scale\":0.5,\"offset\":-1.5e-3,\"out\":\"indirect\"}]";
+const char *const made_weights = "a 6 6, b 6 9, d 4 6 3";
+
 static void add_weights(struct lf_tensors *t, const char *name, uint64_t outputs, uint64_t inputs,
                         uint64_t side)
 {
@@ -51,6 +66,17 @@ void made_write(const char *path, const char *program, const char *weights)
     OK(lf_tensors_note(&t, "program", program));
     OK(lf_tensors_write(&t, path));
     lf_tensors_finish(&t);
+}
+
+bool made_seal(unsigned char *file, size_t size)
+{
+    char digits[17];
+    if (size < MADE_HASH_AT + 16)
+        return false;
+    memset(file + MADE_HASH_AT, '0', 16);
+    snprintf(digits, sizeof digits, "%016" PRIx64, ng_hash_bytes(0, file, size));
+    memcpy(file + MADE_HASH_AT, digits, 16);
+    return true;
 }
 
 struct lf_net *made_net(const char *program, const char *weights)

@@ -10,6 +10,12 @@
 
 // Writes a network. `weights`: "name N K" for a linear, "name N K 3" for a convolution, separated by commas.
 void made_write(const char *path, const char *program, const char *weights);
+// A network with most operations, for made_write.
+extern const char *const made_program, *const made_weights;
+// Makes the checksum of a file's bytes right again, so that what is behind it is tried. False: it has no
+// place for one.
+bool made_seal(unsigned char *file, size_t size);
+#define MADE_HASH_AT (8 + sizeof "{\"__metadata__\":{\"hash\":\"" - 1)
 // Writes and loads it.
 struct lf_net *made_net(const char *program, const char *weights);
 

@@ -5,25 +5,9 @@
 #include "made.h"
 
 #include "base/file.h"
-#include "base/hash.h"
 #include "base/rng.h"
 
 #include <math.h>
-
-static const char *const good_program =
-    "[{\"op\":\"linear\",\"in\":[\"vpl.offset\",\"light.color\"],\"out\":\"a\",\"name\":\"a\",\"channels\":6,"
-    "\"act\":\"relu\"},{\"op\":\"mean\",\"in\":[\"a\"],\"out\":\"z\"},"
-    "{\"op\":\"linear\",\"in\":[\"z\",\"view.direction\"],\"out\":\"b\",\"name\":\"b\",\"channels\":6},"
-    "{\"op\":\"pool\",\"in\":[\"b\"],\"out\":\"c\"},{\"op\":\"conv\",\"in\":[\"c\"],\"out\":\"d\",\"name\":"
-    "\"d\","
-    "\"channels\":4},{\"op\":\"up\",\"in\":[\"d\"],\"out\":\"e\"},{\"op\":\"slice\",\"in\":[\"e\"],\"from\":"
-    "1,\"to\":4,"
-    "\"out\":\"f\"},{\"op\":\"sum\",\"in\":[\"f\",\"light.share\"],\"out\":\"direct\"},"
-    "{\"op\":\"attend\",\"in\":[\"pixel.normal\",\"light.kind\",\"f\"],\"heads\":3,\"gate\":\"sigmoid\","
-    "\"out\":\"g\"},"
-    "{\"op\":\"clamp\",\"in\":[\"g\"],\"low\":0,\"high\":1e3,\"out\":\"unshadowed\"},"
-    "{\"op\":\"affine\",\"in\":[\"direct\"],\"scale\":0.5,\"offset\":-1.5e-3,\"out\":\"indirect\"}]";
-static const char *const good_weights = "a 6 6, b 6 9, d 4 6 3";
 
 static const struct {
     const char *find, *put, *says;
@@ -103,15 +87,15 @@ static void programs(void **state)
     char path[512], program[4096];
     test_file(path, sizeof path);
     for (size_t i = 0; i < NG_COUNT(wrong_programs); i++) {
-        replace(good_program, wrong_programs[i].find, wrong_programs[i].put, program, sizeof program);
-        made_write(path, program, good_weights);
+        replace(made_program, wrong_programs[i].find, wrong_programs[i].put, program, sizeof program);
+        made_write(path, program, made_weights);
         assert_refused(path, wrong_programs[i].says);
     }
     made_write(path, "", "");
     assert_refused(path, "not a JSON array");
     made_write(path, "[]", "");
     assert_refused(path, "makes no \"unshadowed\"");
-    made_write(path, good_program, "a 6 6, b 6 9, d 4 6 3, e 1 1");
+    made_write(path, made_program, "a 6 6, b 6 9, d 4 6 3, e 1 1");
     assert_refused(path, "no operation names its tensor \"e.weight\"");
 }
 
@@ -191,17 +175,6 @@ static void files(void **state)
 
 // ---- Mutations ------------------------------------------------------------------------------------------
 
-#define HASH_AT (8 + sizeof "{\"__metadata__\":{\"hash\":\"" - 1)
-
-// Makes the checksum right again, so that what is behind it is tried.
-static void seal(unsigned char *file, size_t size)
-{
-    char digits[17];
-    memset(file + HASH_AT, '0', 16);
-    snprintf(digits, sizeof digits, "%016llx", (unsigned long long)ng_hash_bytes(0, file, size));
-    memcpy(file + HASH_AT, digits, 16);
-}
-
 static void mutate(struct ng_rng *rng, unsigned char *file, size_t from, size_t to)
 {
     static const char alphabet[] = "{}[]\",:0123456789abcdefxyz.-e";
@@ -267,7 +240,7 @@ static void mutations(void **state)
     size_t size, loaded = 0;
     const size_t tries = 3000;
     test_file(path, sizeof path);
-    made_write(path, good_program, good_weights);
+    made_write(path, made_program, made_weights);
     assert_true(loads_and_runs(path));
     assert_int_equal(ng_file_read(path, 0, &data, &size), NG_OK);
     unsigned char *copy = malloc(size);
@@ -276,8 +249,8 @@ static void mutations(void **state)
     memcpy(&header, data, sizeof header);
     for (size_t i = 0; i < tries; i++) {
         memcpy(copy, data, size);
-        mutate(&rng, copy, HASH_AT + 17, i % 8 ? 8 + (size_t)header : size);
-        seal(copy, size);
+        mutate(&rng, copy, MADE_HASH_AT + 17, i % 8 ? 8 + (size_t)header : size);
+        assert_true(made_seal(copy, size));
         write_plainly(path, copy, size);
         loaded += loads_and_runs(path);
     }
@@ -289,7 +262,7 @@ static void mutations(void **state)
 static void kernels(void **state)
 {
     NG_UNUSED(state);
-    struct lf_net *net = made_net(good_program, good_weights);
+    struct lf_net *net = made_net(made_program, made_weights);
     for (int i = LF_KERNEL_PLAIN; i <= LF_KERNEL_AMX; i++) {
         struct lf_net_executor *executor;
         struct test_log log;

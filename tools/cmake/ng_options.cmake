@@ -1,6 +1,8 @@
 # Compilers, warnings, sanitizers: everything that holds for every target.
 set(NG_SANITIZE "" CACHE STRING "Sanitizers to build with, as -fsanitize takes them: address,undefined or thread")
 
+option(NG_FUZZER "Link the targets of tests/fuzz with libFuzzer, for tools/fuzz; needs clang" OFF)
+
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
 endif()
@@ -35,7 +37,14 @@ add_compile_options(-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=)
 # cglm's types take the alignment of plain float arrays, so that they may point into public structs.
 add_compile_definitions(CGLM_ALL_UNALIGNED)
 
+# Sanitizers leave few loops that can be vectorised. Clang warns where one should have been: an option for such files.
+if(NG_SANITIZE AND CMAKE_C_COMPILER_ID STREQUAL Clang)
+  set(NG_SCALAR -Wno-pass-failed)
+endif()
 if(NG_SANITIZE)
   add_compile_options(-fsanitize=${NG_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${NG_SANITIZE})
+endif()
+if(NG_FUZZER)
+  add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
