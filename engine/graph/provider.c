@@ -69,7 +69,14 @@ ng_result ng_composer_register(struct ng_composer *composer, const struct ng_pro
     NG_REQUIRE(find_provider(composer, provider->name) == composer->providers.count,
                "ng_composer_register: provider '%s' is registered already", provider->name);
     const struct registration registration = {*provider, ++composer->registered};
-    return ng_array_push(&composer->providers, registration) ? NG_OK : ng_out_of_memory(provider->name);
+    size_t count = composer->providers.count,
+           at = provider->before ? find_provider(composer, provider->before) : count;
+    if (!ng_array_push(&composer->providers, registration))
+        return ng_out_of_memory(provider->name);
+    struct registration *place = composer->providers.items + at;
+    memmove(place + 1, place, (count - at) * sizeof *place);
+    *place = registration;
+    return NG_OK;
 }
 
 void ng_composer_unregister(struct ng_composer *composer, const char *name)

@@ -39,6 +39,8 @@ struct ng_provider {
     const char *name;                // borrowed while registered
     ng_provider_fn produce, consume; // either may be null
     void *user;
+    // The name of the provider that it stands before, if there is one; null, and if there is none: the last.
+    const char *before;
 };
 
 // The providers and the lists of one graph. Not thread-safe. The graph is borrowed.

@@ -813,6 +813,42 @@ static void providers_meet_at_lists(void **state)
     ng_graph_destroy(&g);
 }
 
+static ng_result sign(struct ng_composer *composer, void *user)
+{
+    (void)composer;
+    strcat(user, "b");
+    return NG_OK;
+}
+
+static ng_result sign_before(struct ng_composer *composer, void *user)
+{
+    (void)composer;
+    strcat(user, "a");
+    return NG_OK;
+}
+
+static void a_provider_stands_before_another(void **state)
+{
+    (void)state;
+    struct ng_graph *g = make_graph();
+    struct ng_composer *composer;
+    char order[16] = "";
+    const struct ng_provider b = {.name = "b", .produce = sign, .consume = sign, .user = order};
+    const struct ng_provider a = {
+        .name = "a", .produce = sign_before, .consume = sign_before, .user = order, .before = "b"};
+    const struct ng_provider last = {
+        .name = "last", .produce = sign_before, .user = order, .before = "nobody"};
+    assert_int_equal(ng_composer_create(g, &composer), NG_OK);
+    assert_int_equal(ng_composer_register(composer, &b), NG_OK);
+    assert_int_equal(ng_composer_register(composer, &last), NG_OK);
+    assert_int_equal(ng_composer_register(composer, &a), NG_OK);
+    ng_composer_begin(composer);
+    assert_int_equal(ng_composer_declare(composer), NG_OK);
+    assert_string_equal(order, "abaab");
+    ng_composer_destroy(&composer);
+    ng_graph_destroy(&g);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -829,6 +865,7 @@ int main(void)
         cmocka_unit_test(chains_share_memory),
         cmocka_unit_test(dumps_show_everything),
         cmocka_unit_test(providers_meet_at_lists),
+        cmocka_unit_test(a_provider_stands_before_another),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
