@@ -20,6 +20,7 @@
 
 NG_EXTERN_C_BEGIN
 
+struct ng_gpu;
 struct ng_scene_gpu;
 
 // The depth map of a light never has more views than this.
@@ -32,6 +33,7 @@ struct ng_scene_gpu;
 #define NG_MAX_LIGHTS 4095
 
 struct ng_frame_info {
+    const struct ng_gpu *gpu;
     const struct ng_snapshot *snapshot;
     struct ng_scene_gpu *scene; // render/scene_gpu.h: buffers and draws of the snapshot
     uint32_t width, height;
@@ -57,7 +59,7 @@ struct ng_gbuffer {
     struct ng_graph_ref emission; // RGBA32F: emitted radiance, the environment's too; w: 1 on lamps, else 0
     struct ng_graph_ref motion;   // RG32F: pixels, now - before
     struct ng_graph_ref entity;   // R32_UINT: index half of the entity's id
-    struct ng_graph_ref depth;    // D32F: reverse-Z
+    struct ng_graph_ref depth;    // D32F: reverse-Z; zero where it was not rasterized
     bool lamps;                   // the scene has some (render/snapshot.h)
 };
 extern const struct ng_item_type ng_gbuffer_item; // for consumers

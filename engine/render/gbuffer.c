@@ -24,11 +24,10 @@
 const struct ng_item_type ng_gbuffer_item = {"gbuffer", sizeof(struct ng_gbuffer)};
 const struct ng_item_type ng_gbuffer_behind_lamps_item = {"gbuffer behind lamps", sizeof(struct ng_gbuffer)};
 
-#define COLORS 7
 static const struct {
     const char *name;
     VkFormat format;
-} colors[COLORS] = {
+} colors[NG_GBUFFER_COLORS] = {
     {"gbuffer/position", VK_FORMAT_R32G32B32A32_SFLOAT},
     {"gbuffer/normal", VK_FORMAT_R16G16B16A16_SFLOAT},
     {"gbuffer/diffuse", VK_FORMAT_R16G16B16A16_SFLOAT},
@@ -67,12 +66,12 @@ static ng_result make_scene_pipeline(struct ng_gpu *gpu, const struct variant *v
         .slots = scene_slots,
         .slot_count = v->slot_count,
         .dynamic_cull = true,
-        .color_count = COLORS,
+        .color_count = NG_GBUFFER_COLORS,
         .depth_format = VK_FORMAT_D32_SFLOAT,
         .depth_test = true,
         .depth_write = true,
     };
-    for (int i = 0; i < COLORS; i++)
+    for (int i = 0; i < NG_GBUFFER_COLORS; i++)
         p.color_formats[i] = colors[i].format;
     ng_scene_gpu_vertex_input(v->streams, &p);
     return ng_gpu_graphics_create(gpu, &p, out);
@@ -214,6 +213,18 @@ static struct ng_graph_ref add_target(struct ng_graph *g, const struct ng_frame_
             .format = format, .width = frame->width, .height = frame->height, .clear = true});
 }
 
+void ng_gbuffer_colors(struct ng_gbuffer *g, struct ng_graph_ref *out[NG_GBUFFER_COLORS])
+{
+    struct ng_graph_ref *const order[NG_GBUFFER_COLORS] = {
+        &g->position, &g->normal, &g->diffuse, &g->specular, &g->emission, &g->motion, &g->entity};
+    memcpy(out, order, sizeof order);
+}
+
+struct ng_graph_ref ng_gbuffer_add_color(struct ng_graph *g, int color, const struct ng_frame_info *frame)
+{
+    return add_target(g, frame, colors[color].name, colors[color].format);
+}
+
 static struct ng_pass *add_pass(struct ng_graph *g, const char *name, ng_pass_fn run,
                                 const struct pass_data *data)
 {
@@ -225,24 +236,15 @@ static struct ng_pass *add_pass(struct ng_graph *g, const char *name, ng_pass_fn
 static void add_scene(struct ng_graph *g, const char *name, const struct pass_data *data,
                       struct ng_gbuffer *images)
 {
-    struct ng_graph_ref *const order[COLORS] = {&images->position, &images->normal,   &images->diffuse,
-                                                &images->specular, &images->emission, &images->motion,
-                                                &images->entity};
+    struct ng_graph_ref *order[NG_GBUFFER_COLORS];
+    ng_gbuffer_colors(images, order);
     struct ng_pass *pass = add_pass(g, name, draw_scene, data);
-    for (int i = 0; i < COLORS; i++) {
+    for (int i = 0; i < NG_GBUFFER_COLORS; i++) {
         if (!order[i]->id)
-            *order[i] = add_target(g, data->frame, colors[i].name, colors[i].format);
+            *order[i] = ng_gbuffer_add_color(g, i, data->frame);
         *order[i] = ng_pass_write(pass, *order[i], NG_USE_COLOR);
     }
     images->depth = ng_pass_write(pass, images->depth, NG_USE_DEPTH);
-}
-
-static bool has_lamps(const struct ng_snapshot *s)
-{
-    for (uint32_t i = 0; i < s->light_count; i++)
-        if (s->lights[i].lamp)
-            return true;
-    return false;
 }
 
 static ng_result produce(struct ng_composer *composer, void *user)
@@ -250,7 +252,9 @@ static ng_result produce(struct ng_composer *composer, void *user)
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
     const struct pass_data data = {user, frame, NG_LAMPS_NOT};
-    struct ng_gbuffer images = {.lamps = has_lamps(frame->snapshot)};
+    if (ng_composer_count(composer, &ng_gbuffer_behind_lamps_item))
+        return NG_OK; // by another provider
+    struct ng_gbuffer images = {.lamps = ng_snapshot_has_lamps(frame->snapshot)};
     images.depth = add_target(g, frame, "gbuffer/depth", VK_FORMAT_D32_SFLOAT); // reverse-Z: 0 is far
     add_scene(g, "gbuffer", &data, &images);
     return ng_composer_publish(composer, &ng_gbuffer_behind_lamps_item, &images);
@@ -264,6 +268,8 @@ static ng_result consume(struct ng_composer *composer, void *user)
     const struct pass_data data = {user, frame, NG_LAMPS_ONLY};
     if (!behind)
         return NG_ERROR_MEMORY; // logged where it could not be published
+    if (ng_composer_count(composer, &ng_gbuffer_item))
+        return NG_OK;
     struct ng_gbuffer images = *behind;
     if (images.lamps)
         add_scene(g, "gbuffer lamps", &data, &images);
@@ -277,5 +283,6 @@ static ng_result consume(struct ng_composer *composer, void *user)
 
 struct ng_provider ng_gbuffer_provider(struct ng_gbuffer_provider *provider)
 {
-    return (struct ng_provider){.name = "gbuffer", .produce = produce, .consume = consume, .user = provider};
+    return (struct ng_provider){
+        .name = NG_GBUFFER_PROVIDER, .produce = produce, .consume = consume, .user = provider};
 }

@@ -264,7 +264,8 @@ ng_result ng_renderer_frame(struct ng_renderer *r, struct ng_cmd **cmd, const st
 {
     NG_REQUIRE(p && p->snapshot && p->width && p->height, "a frame needs a snapshot and a size");
     NG_REQUIRE(p->layer_count <= MAX_LAYERS, "at most %d layers", MAX_LAYERS);
-    r->frame = (struct ng_frame_info){.snapshot = p->snapshot,
+    r->frame = (struct ng_frame_info){.gpu = r->params.gpu,
+                                      .snapshot = p->snapshot,
                                       .scene = r->scene,
                                       .width = p->width,
                                       .height = p->height,

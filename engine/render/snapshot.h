@@ -155,6 +155,15 @@ struct ng_snapshot {
     uint64_t emission_version; // changes when an instance that is no light emits in another way
 };
 
+// Whether some light's surface is a lamp.
+static inline bool ng_snapshot_has_lamps(const struct ng_snapshot *s)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < s->light_count; i++)
+        any |= s->lights[i].lamp;
+    return any;
+}
+
 // Whether some material is unlit.
 static inline bool ng_snapshot_has_unlit(const struct ng_snapshot *s)
 {

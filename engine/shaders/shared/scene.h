@@ -8,7 +8,7 @@
 #define NG_RSM_SIZE 64
 
 // Where a product of large factors ends: below infinity, so that sums stay numbers.
-#define NG_RADIANCE_MAX 1e38
+#define NG_RADIANCE_MAX 1e38f
 
 // The camera of a frame.
 struct ng_view_data {
