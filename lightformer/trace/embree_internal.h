@@ -136,6 +136,10 @@ struct lf_query {
     const struct lf_tracer *tracer;
     enum lf_ray_kind kind;
     const uint32_t *pixel; // whose camera ray it is; null: no pixel's
+    // Of rays of a view's pixels, which ids of rays number; or null. What they meet is lamps alone, or all
+    // else.
+    const struct lf_view *view;
+    bool lamps;
     // Emitters in its place, and lamps beside it, are not there; or null.
     const struct ng_snapshot_light *light;
     lf_trace_fn visit; // every meeting is visited, none ends the ray
@@ -148,6 +152,22 @@ bool lf_accepts(const struct lf_query *query, const struct lf_trace_slot *slot, 
 // Filters for Embree: of a query, and of alpha masks.
 void lf_filter_query(const struct RTCFilterFunctionNArguments *arguments);
 void lf_filter_mask(const struct RTCFilterFunctionNArguments *arguments);
+
+// Whether a query of a view takes a hit.
+static inline bool lf_view_shows(const struct lf_query *q, const struct lf_trace_slot *s, bool front)
+{
+    bool lamp = s->seen.flags & NG_INSTANCE_LAMP;
+    return lamp == q->lamps && (front || s->seen.flags & NG_INSTANCE_DOUBLE_SIDED);
+}
+
+// Whether Embree takes it: beyond these limits its assertions, which packages of it have on, end the process.
+static inline bool lf_is_ray(const float origin[3], const float direction[3], float near, float far)
+{
+    bool inside = true;
+    for (int k = 0; k < 3; k++)
+        inside &= (fabsf(origin[k]) <= LF_TRACE_FARTHEST) & (fabsf(direction[k]) <= LF_TRACE_FARTHEST);
+    return inside & (near >= 0) & (near <= far); // false of what is no number
+}
 
 // Whose geometry was met.
 static inline const struct lf_trace_slot *lf_trace_slot_met(const struct lf_tracer *t, const struct RTCHit *h)

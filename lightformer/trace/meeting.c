@@ -1,5 +1,7 @@
 // What a ray meets: hits from what Embree tells of them, and which of them a query takes.
 #include "lightformer/trace/embree_internal.h"
+#include "lightformer/trace/surface.h"
+#include "lightformer/trace/view.h"
 #include "shaders/shared/coverage.h"
 
 static bool is_beside(const struct lf_query *q, const struct lf_trace_slot *s)
@@ -13,6 +15,8 @@ bool lf_accepts(const struct lf_query *q, const struct lf_trace_slot *s, const s
 {
     struct lf_hit hit;
     if (q->light && (s->seen.place == q->light->place || is_beside(q, s)))
+        return false;
+    if (q->view && q->lamps != !!(s->seen.flags & NG_INSTANCE_LAMP))
         return false;
     if (q->kind == LF_RAY_PAST_LAMPS)
         return !(s->seen.flags & NG_INSTANCE_LAMP);
@@ -59,14 +63,46 @@ static float ray_threshold(const struct RTCRay *ray, uint32_t surface, uint32_t 
     return (float)(hash >> 8) * NG_COVERAGE_STEP;
 }
 
+// As is_cut of engine/shaders/cut.glsl.
+static bool is_cut_for_pixel(const struct ng_snapshot_material *m, const struct lf_alpha *a, float threshold)
+{
+    if (m->alpha_mode == NG_ALPHA_BLEND)
+        return a->texel * a->factor <= threshold;
+    float cutoff = m->alpha_cutoff / lf_max(a->factor, 1e-6f), part = lf_min(a->level, 1);
+    return a->factor < m->alpha_cutoff || a->texel < cutoff + part * (threshold - cutoff);
+}
+
+// A meeting of a view's ray. Inside of what is shared the ray is not in the world: the pixel tells where it
+// is.
+static bool is_cut_in_view(const struct lf_query *q, const struct lf_trace_slot *s, const struct RTCRay *ray,
+                           const struct RTCHit *h)
+{
+    const struct lf_view *v = q->view;
+    const uint32_t pixel[2] = {ray->id % v->width, ray->id / v->width};
+    const struct lf_ray world = lf_view_ray(v, pixel[0], pixel[1]);
+    struct lf_hit hit = {.instance = s->instance, .triangle = h->primID, .barycentric = {h->u, h->v}};
+    struct lf_footprint footprint;
+    float right[3], down[3];
+    lf_mad(world.origin, world.direction, ray->tfar, hit.position);
+    lf_triangle_normal(s, h, hit.normal);
+    lf_view_steps(v, hit.position, hit.normal, right, down);
+    lf_footprint_find(q->tracer, &hit, right, down, &footprint);
+    const struct lf_alpha alpha = lf_surface_alpha(q->tracer, &hit, &footprint);
+    return is_cut_for_pixel(s->seen.material, &alpha,
+                            ng_coverage_threshold(pixel[0], pixel[1], name_surface(s, ray, h)));
+}
+
 static bool is_cut(const struct lf_query *q, const struct RTCRay *ray, const struct RTCHit *h)
 {
     const struct lf_trace_slot *s = lf_trace_slot_met(q->tracer, h);
-    const float barycentric[2] = {h->u, h->v};
     const struct ng_snapshot_material *m = s->seen.material;
     if (m->alpha_mode == NG_ALPHA_OPAQUE)
         return false;
-    float alpha = lf_surface_alpha(q->tracer, s->instance, h->primID, barycentric);
+    if (q->view)
+        return is_cut_in_view(q, s, ray, h);
+    const struct lf_hit hit = {.instance = s->instance, .triangle = h->primID, .barycentric = {h->u, h->v}};
+    const struct lf_alpha parts = lf_surface_alpha(q->tracer, &hit, NULL);
+    float alpha = parts.texel * parts.factor;
     if (m->alpha_mode == NG_ALPHA_MASK)
         return alpha < m->alpha_cutoff;
     uint32_t surface = name_surface(s, ray, h);

@@ -4,6 +4,7 @@
 #include "base/array.h"
 #include "base/log.h"
 #include "render/frame.h"
+#include "render/gbuffer.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -76,8 +77,11 @@ static ng_result make(struct ng_composer *composer, struct owner **out)
         return ng_out_of_memory("the ray scene");
     ng_result result = lf_tracer_create(&self->tracer);
     if (result == NG_OK)
-        result = ng_composer_register(composer,
-                                      &(struct ng_provider){.name = NAME, .produce = produce, .user = self});
+        result = ng_composer_register(
+            composer, &(struct ng_provider){.name = NAME,
+                                            .produce = produce,
+                                            .user = self,
+                                            .before = NG_GBUFFER_PROVIDER}); // it may trace, too
     if (result != NG_OK)
         destroy(self);
     else

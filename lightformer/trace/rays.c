@@ -6,15 +6,6 @@
 #define MOST_COINCIDING 16    // emitters that are told apart
 #define LEAST_SLANT     0.05f // cosine under which what coincides is no longer told apart from what lies behind
 
-// Whether Embree takes it: beyond these limits its assertions, which packages of it have on, end the process.
-static bool is_ray(const float origin[3], const float direction[3], float near, float far)
-{
-    bool inside = true;
-    for (int k = 0; k < 3; k++)
-        inside &= (fabsf(origin[k]) <= LF_TRACE_FARTHEST) & (fabsf(direction[k]) <= LF_TRACE_FARTHEST);
-    return inside & (near >= 0) & (near <= far); // false of what is no number
-}
-
 // In place: what is written member by member and then copied as a whole waits for the stores.
 static void aim(const struct lf_ray *ray, struct RTCRay *out)
 {
@@ -40,6 +31,7 @@ static void begin_query(const struct lf_tracer *t, enum lf_ray_kind kind, lf_tra
     out->kind = kind;
     out->light = NULL;
     out->pixel = NULL;
+    out->view = NULL;
     out->visit = visit;
     out->user = user;
     if (visit || kind == LF_RAY_CAMERA || (kind == LF_RAY_PAST_LAMPS && t->lamps))
@@ -58,7 +50,7 @@ static void begin_passing(const struct lf_tracer *t, uint32_t light, struct lf_q
 
 static bool intersect(RTCScene scene, const struct lf_ray *ray, struct lf_query *q, struct RTCRayHit *out)
 {
-    if (!is_ray(ray->origin, ray->direction, ray->near, ray->far))
+    if (!lf_is_ray(ray->origin, ray->direction, ray->near, ray->far))
         return false;
     aim(ray, &out->ray);
     out->hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -90,7 +82,7 @@ bool lf_trace_shadowed(const struct lf_tracer *t, const struct lf_ray *ray, uint
 {
     struct lf_query q;
     struct RTCRay r;
-    if (!is_ray(ray->origin, ray->direction, ray->near, ray->far))
+    if (!lf_is_ray(ray->origin, ray->direction, ray->near, ray->far))
         return false;
     begin_passing(t, light, &q);
     aim(ray, &r);
@@ -114,7 +106,7 @@ static void aim_side_by_side(const struct lf_tracer *t, const struct lf_packet *
     for (int i = 0; i < LF_PACKET; i++) {
         const float origin[3] = {p->origin[0][i], p->origin[1][i], p->origin[2][i]};
         const float direction[3] = {p->direction[0][i], p->direction[1][i], p->direction[2][i]};
-        bool ray = is_ray(origin, direction, 0, p->far[i]) & (p->far[i] > 0);
+        bool ray = lf_is_ray(origin, direction, 0, p->far[i]) & (p->far[i] > 0);
         valid[i] = -(int)ray;
         out->ray.org_x[i] = ray ? origin[0] : 0;
         out->ray.org_y[i] = ray ? origin[1] : 0;
@@ -168,7 +160,7 @@ static void aim_packet(const struct lf_ray *rays, uint32_t count, int valid[LF_P
     for (uint32_t i = 0; i < LF_PACKET; i++) {
         static const struct lf_ray none = {.direction = {0, 0, 1}, .near = 0, .far = -INFINITY};
         const struct lf_ray *ray = &rays[i < count ? i : 0];
-        valid[i] = -(int)((i < count) & is_ray(ray->origin, ray->direction, ray->near, ray->far));
+        valid[i] = -(int)((i < count) & lf_is_ray(ray->origin, ray->direction, ray->near, ray->far));
         ray = valid[i] ? ray : &none;
         out->org_x[i] = ray->origin[0];
         out->org_y[i] = ray->origin[1];

@@ -9,11 +9,6 @@
 #include <cglm/cglm.h>
 #include <string.h>
 
-static const struct ng_image *image_of(const struct ng_snapshot *s, uint32_t index)
-{
-    return index == NG_NONE ? NULL : s->images[index].image;
-}
-
 // An attribute of the mesh's vertices at a point of a triangle.
 static void interpolate(const struct ng_snapshot_mesh *mesh, const float *attribute, uint32_t width,
                         uint32_t triangle, const float b[2], float *out)
@@ -27,44 +22,98 @@ static void interpolate(const struct ng_snapshot_mesh *mesh, const float *attrib
     }
 }
 
-// A texture of the material at a hit; white where it has none.
-static void read_texture(const struct lf_tracer *tracer, const struct lf_instance *in,
-                         enum ng_material_texture texture, const struct lf_hit *hit, float rgba[4])
+// A place whose texels are wanted.
+struct place {
+    const struct lf_tracer *tracer;
+    const struct lf_instance *in;
+    const struct lf_hit *hit;
+    const struct lf_footprint *footprint; // null: at level 0
+};
+
+// By how much an attribute of two numbers changes where barycentric coordinates do.
+static void differentiate(const struct ng_snapshot_mesh *mesh, const float *attribute, uint32_t triangle,
+                          const float barycentric[2], float out[2])
 {
-    const struct ng_snapshot_mesh *mesh = in->mesh;
-    const struct ng_snapshot_texture *t = &in->material->textures[texture];
-    float uv[2] = {0, 0}, place[2];
-    if (t->image != NG_NONE) // what is not read is not waited for
-        interpolate(mesh, t->uv_set && mesh->uvs1 ? mesh->uvs1 : mesh->uvs, 2, hit->triangle,
-                    hit->barycentric, uv);
-    ng_snapshot_texture_uv(t, uv, place);
-    lf_texture_at(lf_tracer_srgb(tracer), image_of(lf_tracer_snapshot(tracer), t->image), place, rgba);
+    const uint32_t *index = mesh->indices + (size_t)triangle * 3;
+    const float *a = attribute + (size_t)index[0] * 2, *b = attribute + (size_t)index[1] * 2,
+                *c = attribute + (size_t)index[2] * 2;
+    for (int i = 0; i < 2; i++)
+        out[i] = barycentric[0] * (b[i] - a[i]) + barycentric[1] * (c[i] - a[i]);
 }
 
-// Base colour and alpha: texel times the colours of the vertices.
-static void find_base(const struct lf_tracer *tracer, const struct lf_instance *in, const struct lf_hit *hit,
-                      float rgba[4])
+// The same of texture coordinates on the image.
+static void turn_step(const struct ng_snapshot_texture *t, float uv[2])
 {
-    const uint32_t *index = in->mesh->indices + (size_t)hit->triangle * 3;
-    const float b[3] = {1 - hit->barycentric[0] - hit->barycentric[1], hit->barycentric[0],
-                        hit->barycentric[1]};
-    read_texture(tracer, in, NG_TEXTURE_BASE_COLOR, hit, rgba);
-    for (size_t c = 0; c < 4 && in->mesh->colors; c++) {
-        float sum = 0;
-        for (int i = 0; i < 3; i++)
-            sum += b[i] * (float)in->mesh->colors[(size_t)index[i] * 4 + c];
-        rgba[c] *= sum / UINT16_MAX;
+    const float *c = t->coordinates, u = uv[0], v = uv[1];
+    if (!t->transformed)
+        return;
+    uv[0] = c[0] * u + c[1] * v;
+    uv[1] = c[3] * u + c[4] * v;
+}
+
+// A texture of the material at a hit; white where it has none. Returns the level.
+static float read_texture(const struct place *p, enum ng_material_texture texture, float rgba[4])
+{
+    const struct ng_snapshot_mesh *mesh = p->in->mesh;
+    const struct ng_snapshot_texture *t = &p->in->material->textures[texture];
+    const struct lf_srgb *srgb = lf_tracer_srgb(p->tracer);
+    if (t->image == NG_NONE) { // what is not read is not waited for
+        for (int c = 0; c < 4; c++)
+            rgba[c] = 1;
+        return 0;
     }
+    const float *uvs = t->uv_set && mesh->uvs1 ? mesh->uvs1 : mesh->uvs;
+    const struct ng_image *image = lf_tracer_snapshot(p->tracer)->images[t->image].image;
+    float uv[2], at[2], dx[2], dy[2];
+    interpolate(mesh, uvs, 2, p->hit->triangle, p->hit->barycentric, uv);
+    ng_snapshot_texture_uv(t, uv, at);
+    if (!p->footprint) {
+        lf_texture_at(srgb, image, at, rgba);
+        return 0;
+    }
+    differentiate(mesh, uvs, p->hit->triangle, p->footprint->right, dx);
+    differentiate(mesh, uvs, p->hit->triangle, p->footprint->down, dy);
+    turn_step(t, dx);
+    turn_step(t, dy);
+    return lf_texture_seen(srgb, image, at, dx, dy, rgba);
 }
 
-float lf_surface_alpha(const struct lf_tracer *tracer, uint32_t instance, uint32_t triangle,
-                       const float barycentric[2])
+// The colour of the vertices there; false, and white, where they have none.
+static bool find_color(const struct place *p, float rgba[4])
 {
-    const struct lf_instance *in = lf_tracer_instance(tracer, instance);
-    const struct lf_hit hit = {.triangle = triangle, .barycentric = {barycentric[0], barycentric[1]}};
-    float rgba[4];
-    find_base(tracer, in, &hit, rgba);
-    return rgba[3] * in->material->alpha;
+    const struct ng_snapshot_mesh *mesh = p->in->mesh;
+    const uint32_t *index = mesh->indices + (size_t)p->hit->triangle * 3;
+    const float *at = p->hit->barycentric, b[3] = {1 - at[0] - at[1], at[0], at[1]};
+    for (size_t c = 0; c < 4; c++) {
+        rgba[c] = mesh->colors ? 0 : 1;
+        for (int i = 0; i < 3 && mesh->colors; i++)
+            rgba[c] += b[i] * (float)mesh->colors[(size_t)index[i] * 4 + c];
+        rgba[c] /= mesh->colors ? UINT16_MAX : 1;
+    }
+    return mesh->colors;
+}
+
+// Base colour: texel times the colours of the vertices.
+static void find_base(const struct place *p, float rgba[4])
+{
+    float color[4];
+    read_texture(p, NG_TEXTURE_BASE_COLOR, rgba);
+    if (find_color(p, color))
+        for (int c = 0; c < 3; c++)
+            rgba[c] *= color[c];
+}
+
+struct lf_alpha lf_surface_alpha(const struct lf_tracer *tracer, const struct lf_hit *hit,
+                                 const struct lf_footprint *footprint)
+{
+    const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);
+    const struct place place = {tracer, in, hit, footprint};
+    float rgba[4], color[4];
+    struct lf_alpha alpha = {.level = read_texture(&place, NG_TEXTURE_BASE_COLOR, rgba)};
+    find_color(&place, color);
+    alpha.texel = rgba[3];
+    alpha.factor = in->material->alpha * color[3];
+    return alpha;
 }
 
 // The normal map's turn of `normal`; the bitangent from the interpolated normal and tangent (glTF 2.0,
@@ -94,10 +143,11 @@ static void transform_tangent(const float matrix[12], float tangent4[4])
         tangent4[3] = -tangent4[3];
 }
 
-static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_instance *in,
-                                const struct lf_hit *hit, struct lf_surface *out)
+static void find_shading_normal(const struct place *p, struct lf_surface *out)
 {
-    const struct ng_snapshot *s = lf_tracer_snapshot(tracer);
+    const struct ng_snapshot *s = lf_tracer_snapshot(p->tracer);
+    const struct lf_instance *in = p->in;
+    const struct lf_hit *hit = p->hit;
     const struct ng_snapshot_material *m = in->material;
     const float *to_world = in->normal_matrix;
     float own[3], tangent[4], texel[4];
@@ -110,7 +160,7 @@ static void find_shading_normal(const struct lf_tracer *tracer, const struct lf_
         return;
     interpolate(in->mesh, in->mesh->tangents, 4, hit->triangle, hit->barycentric, tangent);
     transform_tangent(s->instances[hit->instance].matrix, tangent);
-    read_texture(tracer, in, NG_TEXTURE_NORMAL, hit, texel);
+    read_texture(p, NG_TEXTURE_NORMAL, texel);
     bend_normal(texel, m->normal_scale, tangent, out->normal);
 }
 
@@ -131,15 +181,14 @@ static void find_look(const struct ng_snapshot_material *m, float texels[NG_TEXT
     out->roughness = ng_clamp(m->roughness * metal_rough[1], NG_ROUGHNESS_MIN, 1.0f);
 }
 
-static void find_textured_look(const struct lf_tracer *tracer, const struct lf_instance *in,
-                               const struct lf_hit *hit, struct lf_look *out)
+static void find_textured_look(const struct place *p, struct lf_look *out)
 {
     float texels[NG_TEXTURE_COUNT][4];
-    find_base(tracer, in, hit, texels[NG_TEXTURE_BASE_COLOR]);
+    find_base(p, texels[NG_TEXTURE_BASE_COLOR]);
     for (int i = 0; i < NG_TEXTURE_COUNT; i++)
         if (i != NG_TEXTURE_BASE_COLOR && i != NG_TEXTURE_NORMAL)
-            read_texture(tracer, in, (enum ng_material_texture)i, hit, texels[i]);
-    find_look(in->material, texels, out);
+            read_texture(p, (enum ng_material_texture)i, texels[i]);
+    find_look(p->in->material, texels, out);
 }
 
 static void set_look(const struct lf_look *look, struct lf_surface *out)
@@ -251,9 +300,10 @@ void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hi
     }
 }
 
-void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out)
+static void find_surface(const struct place *p, struct lf_surface *out)
 {
-    const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);
+    const struct lf_instance *in = p->in;
+    const struct lf_hit *hit = p->hit;
     struct lf_look textured;
     out->light = in->light;
     out->front = hit->front;
@@ -265,26 +315,92 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
     }
     bool look_up = in->textured && in->shape == LF_SHAPE_TRIANGLES; // what is not read is not waited for
     if (in->shape == LF_SHAPE_TRIANGLES)
-        find_shading_normal(tracer, in, hit, out);
+        find_shading_normal(p, out);
     if (look_up)
-        find_textured_look(tracer, in, hit, &textured);
+        find_textured_look(p, &textured);
     set_look(look_up ? &textured : &in->plain, out);
     settle_normals(out);
     if (!hit->front)
         turn_over(out);
-    if (in->light != NG_NONE || lf_surface_is_backless(out))
-        out->emission[0] = out->emission[1] = out->emission[2] = 0;
+}
+
+static void set_dark(struct lf_surface *s)
+{
+    s->emission[0] = s->emission[1] = s->emission[2] = 0;
+}
+
+void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out)
+{
+    const struct place place = {tracer, lf_tracer_instance(tracer, hit->instance), hit, NULL};
+    find_surface(&place, out);
+    if (out->light != NG_NONE || lf_surface_is_backless(out))
+        set_dark(out);
+}
+
+// Reflections lead out of the surface (ng_brdf_lift).
+static void lift(const float direction[3], struct lf_surface *s)
+{
+    const float *n = s->normal, *flat = s->flat_normal;
+    float part = ng_brdf_lift(lf_dot(n, flat), -lf_dot(direction, flat), -lf_dot(direction, n),
+                              ng_brdf_specular_part(lf_max3(s->albedo), lf_max3(s->f0)));
+    if (!(part > 0))
+        return;
+    lf_mad(n, flat, part, s->normal);
+    lf_normalize(s->normal);
 }
 
 void lf_surface_seen_at(const struct lf_tracer *tracer, const struct lf_hit *hit, const float direction[3],
                         struct lf_surface *out)
 {
     lf_surface_at(tracer, hit, out);
-    const float *n = out->normal, *flat = out->flat_normal;
-    float lift = ng_brdf_lift(lf_dot(n, flat), -lf_dot(direction, flat), -lf_dot(direction, n),
-                              ng_brdf_specular_part(lf_max3(out->albedo), lf_max3(out->f0)));
-    if (!(lift > 0))
-        return;
-    lf_mad(n, flat, lift, out->normal);
-    lf_normalize(out->normal);
+    lift(direction, out);
+}
+
+// ---- As a pixel sees it ----------------------------------------------------------------------------------
+
+// Of a triangle's place in the world, an edge.
+static void find_edge(const struct lf_instance *in, const float matrix[12], const uint32_t index[3], int end,
+                      float out[3])
+{
+    const float *from = in->mesh->positions + (size_t)index[0] * 3,
+                *to = in->mesh->positions + (size_t)index[end] * 3;
+    float own[3];
+    lf_mad(to, from, -1, own);
+    lf_transform_vector(matrix, own, out);
+}
+
+void lf_footprint_find(const struct lf_tracer *tracer, const struct lf_hit *hit, const float right[3],
+                       const float down[3], struct lf_footprint *out)
+{
+    const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);
+    const float *matrix = lf_tracer_snapshot(tracer)->instances[hit->instance].matrix;
+    const uint32_t *index = in->mesh->indices + (size_t)hit->triangle * 3;
+    float a[3], b[3], normal[3], along_a[3], along_b[3];
+    find_edge(in, matrix, index, 1, a);
+    find_edge(in, matrix, index, 2, b);
+    // What the edges have to be multiplied by to give a step in their plane: by the reciprocal basis.
+    lf_cross(a, b, normal);
+    float square = lf_dot(normal, normal), scale = square > 0 ? 1 / square : 0;
+    lf_cross(b, normal, along_a);
+    lf_cross(normal, a, along_b);
+    out->right[0] = lf_dot(along_a, right) * scale;
+    out->right[1] = lf_dot(along_b, right) * scale;
+    out->down[0] = lf_dot(along_a, down) * scale;
+    out->down[1] = lf_dot(along_b, down) * scale;
+}
+
+bool lf_surface_is_textured(const struct lf_tracer *tracer, const struct lf_hit *hit)
+{
+    const struct lf_instance *in = lf_tracer_instance(tracer, hit->instance);
+    return in->textured && in->shape == LF_SHAPE_TRIANGLES;
+}
+
+void lf_surface_at_pixel(const struct lf_tracer *tracer, const struct lf_hit *hit, const float direction[3],
+                         const struct lf_footprint *footprint, struct lf_surface *out)
+{
+    const struct place place = {tracer, lf_tracer_instance(tracer, hit->instance), hit, footprint};
+    find_surface(&place, out);
+    lift(direction, out);
+    if (lf_surface_is_backless(out))
+        set_dark(out);
 }

@@ -25,6 +25,22 @@ void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, str
 // The same as whoever looks along `direction` sees it: reflections lead out of the surface (ng_brdf_lift).
 void lf_surface_seen_at(const struct lf_tracer *tracer, const struct lf_hit *hit, const float direction[3],
                         struct lf_surface *out);
+
+// A step to the neighbours of a pixel to the right and below, on the triangle that it shows: by how much
+// barycentric coordinates change.
+struct lf_footprint {
+    float right[2], down[2];
+};
+// From these steps in the world, which are in the plane of the triangle or near it (lf_view_steps). Of
+// triangles alone: lf_surface_is_textured.
+void lf_footprint_find(const struct lf_tracer *tracer, const struct lf_hit *hit, const float right[3],
+                       const float down[3], struct lf_footprint *out);
+bool lf_surface_is_textured(const struct lf_tracer *tracer, const struct lf_hit *hit);
+// What the pixel of a ray along `direction` shows there, as the G-buffer has it: as lf_surface_seen_at, but
+// textures are filtered over the footprint (null: level 0), and emission is the material's on surfaces of
+// lights, too.
+void lf_surface_at_pixel(const struct lf_tracer *tracer, const struct lf_hit *hit, const float direction[3],
+                         const struct lf_footprint *footprint, struct lf_surface *out);
 // False if the surface there is no light's emitter and shows no radiance of its own, so that whoever only
 // wants to know that need not ask for all of it.
 bool lf_surface_may_shine(const struct lf_tracer *tracer, const struct lf_hit *hit);

@@ -2,6 +2,7 @@
 #ifndef LF_TRACE_TRACER_INTERNAL_H
 #define LF_TRACE_TRACER_INTERNAL_H
 
+#include "lightformer/trace/surface.h"
 #include "lightformer/trace/texture.h"
 #include "lightformer/trace/tracer.h"
 #include "render/snapshot.h"
@@ -31,8 +32,14 @@ const struct lf_srgb *lf_tracer_srgb(const struct lf_tracer *tracer);
 // Fills in all but the shape.
 void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct lf_instance *out);
 
-// Alpha at a point of a triangle.
-float lf_surface_alpha(const struct lf_tracer *tracer, uint32_t instance, uint32_t triangle,
-                       const float barycentric[2]);
+// Alpha at a point of a triangle: of the texture, and what multiplies it.
+struct lf_alpha {
+    float texel, factor;
+    float level; // that the texel is of
+};
+// No more of the hit than instance, triangle and barycentric coordinates counts. `footprint`: as in
+// lf_surface_at_pixel.
+struct lf_alpha lf_surface_alpha(const struct lf_tracer *tracer, const struct lf_hit *hit,
+                                 const struct lf_footprint *footprint);
 
 #endif
