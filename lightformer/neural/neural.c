@@ -13,6 +13,7 @@ struct lf_neural {
     struct lf_net_executor *executor;
     struct lf_encoder *encoder;
     struct lf_gather *gather;
+    struct lf_raycast *raycast;
     struct ng_composer *composer; // null: in none
 };
 
@@ -29,6 +30,9 @@ static ng_result create_parts(struct lf_neural *n, const struct lf_neural_params
                                                          .reflection_rays = p->reflection_rays,
                                                          .memory_limit = p->memory_limit},
                              &n->encoder));
+    NG_TRY(lf_raycast_create(
+        &(struct lf_raycast_params){.jobs = p->jobs, .method = LF_NEURAL_METHOD, .use = p->gbuffer},
+        &n->raycast));
     return lf_gather_create(
         &(struct lf_gather_params){.executor = n->executor, .jobs = p->jobs, .method = LF_NEURAL_METHOD},
         &n->gather);
@@ -55,6 +59,7 @@ void lf_neural_destroy(struct lf_neural **neural)
     if (!n)
         return;
     lf_neural_leave(n);
+    lf_raycast_destroy(&n->raycast);
     lf_gather_destroy(&n->gather);
     lf_encoder_destroy(&n->encoder);
     lf_net_executor_destroy(&n->executor);
@@ -68,6 +73,7 @@ ng_result lf_neural_join(struct lf_neural *n, struct ng_composer *composer)
     const struct ng_provider gather = lf_gather_provider(n->gather);
     NG_TRY(lf_encoder_join(n->encoder, composer));
     n->composer = composer;
+    NG_TRY(lf_raycast_join(n->raycast, composer));
     return ng_composer_register(composer, &gather);
 }
 
@@ -76,6 +82,7 @@ void lf_neural_leave(struct lf_neural *n)
     if (!n->composer)
         return;
     ng_composer_unregister(n->composer, lf_gather_provider(n->gather).name);
+    lf_raycast_leave(n->raycast);
     lf_encoder_leave(n->encoder);
     n->composer = NULL;
 }

@@ -18,6 +18,7 @@
 #include "base/extern_c.h"
 #include "lightformer/encode/encoder.h"
 #include "lightformer/net/net.h"
+#include "lightformer/raycast/raycast.h"
 
 NG_EXTERN_C_BEGIN
 
@@ -33,6 +34,7 @@ struct lf_neural_params {
     enum lf_rsm_source rsm;
     uint32_t reflection_rays;
     uint64_t memory_limit;
+    enum lf_raycast_use gbuffer; // of frames of the method
 };
 
 // Errors, logged: those of lf_net_load and lf_net_executor_create.

@@ -76,13 +76,16 @@ static void artist_look(const struct walk *w, struct artist *a)
 static const char *const raster[] = {"unshadowed", "direct", "emission",  "albedo", "specular",
                                      "position",   "normal", "roughness", "depth",  "entity"};
 static const char *const radiance[] = {"unshadowed", "direct", "indirect"};
+// Its G-buffer is not the rasterizer's where the device is a CPU (lightformer/raycast).
+static const char *const neural[] = {"unshadowed", "direct", "indirect",  "emission", "albedo", "specular",
+                                     "position",   "normal", "roughness", "depth",    "entity"};
 
 static const struct view {
     const char *method;
     const char *const *layers;
     uint32_t layer_count;
 } views[] = {{"raster", raster, NG_COUNT(raster)},
-             {LF_NEURAL_METHOD, radiance, NG_COUNT(radiance)},
+             {LF_NEURAL_METHOD, neural, NG_COUNT(neural)},
              {"reference", radiance, NG_COUNT(radiance)}};
 
 // Null `left`: to the end; else the frame is given up when it has been asked about so often.
