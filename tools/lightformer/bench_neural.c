@@ -68,7 +68,8 @@ static ng_result find_weights(const struct bench_neural_params *params, char *fo
 static ng_result join(struct subject *s)
 {
     char found[4096];
-    struct lf_neural_params params = {.jobs = s->stage->jobs};
+    struct lf_neural_params params = {.jobs = s->stage->jobs,
+                                      .gbuffer = (enum lf_raycast_use)s->params->gbuffer};
     NG_TRY(find_weights(s->params, found, sizeof found, &params.weights));
     ng_graph_ignore_keys(ng_renderer_graph(s->stage->renderer), true); // everything, in every frame
     NG_TRY(lf_neural_create(&params, &s->neural));
@@ -169,7 +170,8 @@ static void add_pass(double ms[STAGES], const struct ng_pass_stats *pass)
 {
     for (size_t k = 0; k < NG_COUNT(pass_stages); k++)
         if (matches(pass->name, pass_stages[k].begins, pass_stages[k].ends))
-            ms[pass_stages[k].stage] += pass_stages[k].gpu ? pass->gpu_ms : pass->cpu_ms;
+            // The G-buffer may be made on either side.
+            ms[pass_stages[k].stage] += pass_stages[k].gpu && pass->gpu_ms > 0 ? pass->gpu_ms : pass->cpu_ms;
 }
 
 // Milliseconds of each stage in the last frame.

@@ -29,7 +29,7 @@
 
 struct bench {
     const char *scene, *device, *weights;
-    uint32_t frames, threads, method;
+    uint32_t frames, threads, method, gbuffer;
     struct cli_size size;
     bool budget, reference, net, json;
     uint32_t samples, lights, kernel;
@@ -37,10 +37,10 @@ struct bench {
 };
 
 // What the measurements that stand instead of frames have no use for.
-static const char *const not_with_reference[] = {"--net",    "--frames", "--method", "--weights",
-                                                 "--budget", "--device", NULL};
-static const char *const not_with_net[] = {"--method", "--weights",   "--budget",
-                                           "--device", OPENING_NAMES, NULL};
+static const char *const not_with_reference[] = {"--net",    "--frames", "--method",  "--weights",
+                                                 "--budget", "--device", "--gbuffer", NULL};
+static const char *const not_with_net[] = {"--method",  "--weights",   "--budget", "--device",
+                                           "--gbuffer", OPENING_NAMES, NULL};
 
 static const struct cli_option options[] = {
     CLI_SCENE(struct bench),
@@ -55,6 +55,7 @@ static const struct cli_option options[] = {
     CLI_PIXELS(struct bench, "512x512"),
     CLI_METHOD(struct bench, method_bench_option),
     CLI_WEIGHTS(struct bench),
+    CLI_GBUFFER(struct bench),
     {.name = "--budget",
      .kind = CLI_FLAG,
      .offset = offsetof(struct bench, budget),
@@ -398,9 +399,11 @@ static ng_result open_subject(const struct bench *b, const struct ng_stage_param
 {
     *s = (struct subject){.method = method_of(METHOD_BENCH, b->method)};
     NG_TRY(ng_stage_create(stage, &s->stage));
-    ng_result result = method_open(
-        s->method, &(struct method_params){.stage = s->stage, .scene = b->scene, .weights = b->weights},
-        &s->state);
+    ng_result result =
+        method_open(s->method,
+                    &(struct method_params){
+                        .stage = s->stage, .scene = b->scene, .weights = b->weights, .gbuffer = b->gbuffer},
+                    &s->state);
     if (result != NG_OK)
         close_subject(s);
     return result;
@@ -449,6 +452,7 @@ static struct bench_neural_params neural_params(const struct bench *b)
                                         .opening = &b->opening,
                                         .device = b->device,
                                         .weights = b->weights,
+                                        .gbuffer = b->gbuffer,
                                         .threads = b->threads,
                                         .width = b->size.width,
                                         .height = b->size.height,
@@ -495,8 +499,9 @@ static int run(const void *args)
 {
     struct bench values = *(const struct bench *)args, *b = &values;
     values.method = method_choose(METHOD_BENCH, values.method, values.scene, values.weights);
-    if (b->weights && !is_neural(b)) {
-        fputs("lightformer bench: --weights needs --method neural\n", stderr);
+    if ((b->weights || b->gbuffer) && !is_neural(b)) {
+        fprintf(stderr, "lightformer bench: %s needs --method neural\n",
+                b->weights ? "--weights" : "--gbuffer");
         return CLI_USAGE;
     }
     if (!opening_check(&b->opening, "bench"))

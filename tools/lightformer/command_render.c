@@ -29,7 +29,7 @@
 struct render {
     const char *scene, *camera, *pose, *graph, *device, *resume, *weights;
     struct cli_texts outputs, clues;
-    uint32_t method, aovs, threads;
+    uint32_t method, gbuffer, aovs, threads;
     struct cli_size size;
     struct cli_range frames, variation;
     double time;
@@ -88,6 +88,7 @@ static const struct cli_option options[] = {
      .doc = "where to write, .exr or .png; may be given more than once"},
     CLI_METHOD(struct render, method_render_option),
     CLI_WEIGHTS(struct render),
+    CLI_GBUFFER(struct render),
     CLI_PIXELS(struct render, "512x512"),
     {.name = "--time",
      .kind = CLI_REAL,
@@ -232,6 +233,8 @@ static bool check_method(const struct render *r)
                  r->time_limit > 0 || r->resume;
     if (r->weights && strcmp(method_render_name(r->method), "neural") != 0)
         return refuse("--weights needs --method neural");
+    if (r->gbuffer && strcmp(method_render_name(r->method), "neural") != 0)
+        return refuse("--gbuffer needs --method neural");
     if (r->clues.count && strcmp(method_render_name(r->method), "neural") != 0)
         return refuse("--clue needs --method neural");
     if (r->clues.count && r->frames.given)
@@ -633,7 +636,8 @@ static ng_result render(struct job *job)
     else
         NG_TRY(method_open(
             job->method,
-            &(struct method_params){.stage = job->stage, .scene = r->scene, .weights = r->weights},
+            &(struct method_params){
+                .stage = job->stage, .scene = r->scene, .weights = r->weights, .gbuffer = r->gbuffer},
             &job->method_state));
     choose_layers(job);
     render_clues_name(&r->clues, &job->clues);

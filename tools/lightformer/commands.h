@@ -22,6 +22,12 @@
         .offset = offsetof(type_, weights), .value = "FILE",                                                 \
         .doc = "neural: the network; if not given SCENE.weights.safetensors beside the scene"                \
     }
+#define CLI_GBUFFER(type_)                                                                                   \
+    {                                                                                                        \
+        .name = "--gbuffer", .kind = CLI_CHOICE, .offset = offsetof(type_, gbuffer), .value = "HOW",         \
+        .fallback = "auto", .choices = method_gbuffers,                                                      \
+        .doc = "neural: what finds the surface of each pixel; auto: rays if the device is a CPU"             \
+    }
 #define CLI_PIXELS(type_, default_)                                                                          \
     {                                                                                                        \
         .name = "--size", .kind = CLI_SIZE, .flags = CLI_PICTURE, .offset = offsetof(type_, size),           \

@@ -14,6 +14,9 @@
 
 // ---- neural ----------------------------------------------------------------------------------------------
 
+const char *const method_gbuffers[] = {
+    [LF_RAYCAST_AUTO] = "auto", [LF_RAYCAST_RAYS] = "rays", [LF_RAYCAST_RASTER] = "raster", NULL};
+
 // Null `neural`: there are no weights, and the method computes nothing.
 struct neural {
     struct lf_neural *neural;
@@ -32,7 +35,8 @@ static ng_result publish_nothing(struct ng_composer *composer, void *user)
 static ng_result join_neural(struct neural *n, const struct method_params *params, const char *weights)
 {
     const struct ng_provider absent = {.name = LF_NEURAL_METHOD, .consume = publish_nothing};
-    const struct lf_neural_params neural = {.weights = weights, .jobs = params->stage->jobs};
+    const struct lf_neural_params neural = {
+        .weights = weights, .jobs = params->stage->jobs, .gbuffer = (enum lf_raycast_use)params->gbuffer};
     if (!weights && params->optional)
         return ng_composer_register(n->composer, &absent);
     if (!weights) {

@@ -14,6 +14,9 @@
 
 struct ng_stage;
 
+// What --gbuffer takes, as in enum lf_raycast_use of lightformer/raycast/raycast.h; null-terminated.
+extern const char *const method_gbuffers[];
+
 // Where a method can be used.
 enum { METHOD_RENDER = 1, METHOD_VIEW = 2, METHOD_BENCH = 4 };
 
@@ -21,6 +24,7 @@ struct method_params {
     struct ng_stage *stage; // borrowed; with a device
     const char *scene;      // path of what is on it
     const char *weights;    // path of a network; null: the scene's own
+    uint32_t gbuffer;       // of method_gbuffers
     // Without weights the method still joins, and computes nothing: where it is at hand unasked (view).
     bool optional;
     uint32_t samples; // of methods that refine their picture: a pixel, at which they rest; 0: never
