@@ -4,6 +4,7 @@
 #include "asset/assets.h"
 #include "asset/assets_internal.h"
 #include "base/log.h"
+#include "base/serial.h"
 #include "scene/history.h"
 
 #include <stdlib.h>
@@ -15,6 +16,7 @@ ng_result ng_assets_create(struct ng_assets **out)
     if (!*out)
         return ng_out_of_memory("a set of assets");
     (*out)->references = 1;
+    (*out)->latest.content = (*out)->latest.topology = ng_serial_range();
     return NG_OK;
 }
 

@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "base/log.h"
+#include "base/serial.h"
 #include "components/camera.h"
 #include "components/name.h"
 #include "components/scene_scale.h"
@@ -28,6 +29,7 @@ ng_result ng_extractor_create(struct ng_extractor **out)
     *out = x;
     if (!x)
         return ng_out_of_memory("the frame's scene");
+    x->clock = ng_serial_range();
     ng_result r = ng_extract_make_builtin(x);
     if (r != NG_OK)
         ng_extractor_destroy(out);

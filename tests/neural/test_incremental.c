@@ -271,6 +271,36 @@ static void emission_in_a_mirror_is_followed(void **state)
     room_close(&r);
 }
 
+// Both have entities, assets and edits of the same numbers.
+static void another_world_is_another(void **state)
+{
+    NG_UNUSED(state);
+    struct room a, b;
+    struct method kept, full;
+    room_open(&a, POINT | PANEL);
+    room_open(&b, POINT | PANEL);
+    for (int i = 0; i < 2; i++) {
+        struct room *r = i ? &b : &a;
+        struct ng_material *red = ng_world_edit(r->scene.world, r->red, NG_MATERIAL);
+        red->base_color_texture = add_color(r, i ? 0 : 255, i ? 255 : 0);
+        room_move(r, r->ball, 0, i ? 0.5f : 0, 0);
+        scene_frame(&r->scene, 0);
+    }
+    const struct ng_snapshot *first = a.scene.snapshot;
+    method_open(&a, NULL, &kept);
+    method_open(&a, NULL, &full);
+    OK(room_draw_again(&a, &kept));
+    a.scene.snapshot = b.scene.snapshot;
+    OK(room_draw_again(&a, &kept));
+    OK(room_draw_again(&a, &full));
+    assert_same_picture(&a, &kept, &full, "another world");
+    a.scene.snapshot = first;
+    method_close(&full);
+    method_close(&kept);
+    room_close(&b);
+    room_close(&a);
+}
+
 // Buffers have the names and sizes that they had with the network before.
 static void another_network_starts_anew(void **state)
 {
@@ -405,6 +435,7 @@ int main(void)
         cmocka_unit_test(another_method_encodes_nothing),
         cmocka_unit_test(a_light_that_comes_back_is_followed),
         cmocka_unit_test(emission_in_a_mirror_is_followed),
+        cmocka_unit_test(another_world_is_another),
         cmocka_unit_test(another_network_starts_anew),
         cmocka_unit_test(each_light_has_a_node_of_its_own),
         cmocka_unit_test(maps_are_drawn_only_if_they_are_read),
