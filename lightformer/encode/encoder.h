@@ -10,9 +10,8 @@
 //
 // All of it lies in buffers of the graph: "clues/pixels", "clues/grid", "clues/reflections" and
 // "clues/emission" of the picture; "encode:<light>/rsm", ".../light" (what the network makes of VPLs and
-// texels), ".../embedding" and
-// ".../kept" (what the gather reads of the clues) of each light; ".../clues" for the time of its view alone,
-// in memory that all lights use in turn.
+// texels), ".../embedding" and ".../kept" (what the gather reads of the clues) of each light; ".../clues" for
+// the time of its view alone, in memory that all lights use in turn.
 //
 // Every pass is declared in every frame, and the graph runs those whose keys say that something has changed
 // (graph/key.h; engine/README.md, "Light observation"). So an unchanged light costs only its share of the

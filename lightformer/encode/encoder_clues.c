@@ -84,7 +84,7 @@ bool lf_encoder_clue_buffer(const char *clue, char *out, size_t size)
 static const struct lf_active_light *find_light(const struct lf_encoder *self, const char *name)
 {
     for (size_t i = 0; i < self->active.count; i++)
-        if (strcmp(self->active.items[i].maps->name, name) == 0)
+        if (strcmp(self->active.items[i].kept->name, name) == 0)
             return &self->active.items[i];
     return NULL;
 }

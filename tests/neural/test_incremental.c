@@ -4,6 +4,7 @@
 #include "components/light_environment.h"
 #include "components/light_rectangle.h"
 #include "components/material.h"
+#include "components/name.h"
 #include "networks.h"
 #include "scene/world.h"
 
@@ -324,6 +325,26 @@ static void another_network_starts_anew(void **state)
     room_close(&r);
 }
 
+// Its buffers have the first name, and so have its clues, though another light is called that now.
+static void a_renamed_light_has_the_clues_of_its_first_name(void **state)
+{
+    NG_UNUSED(state);
+    static const char clue[] = "light/vpl.offset";
+    struct watch w = {0};
+    char buffer[64];
+    struct lf_clue out;
+    watch_open(&w);
+    assert_true(lf_encoder_clue_buffer(clue, buffer, sizeof buffer));
+    assert_string_equal(buffer, "encode:light/rsm");
+    struct ng_name *name = ng_world_edit(w.room.scene.world, w.room.point, NG_NAME);
+    snprintf(name->text, sizeof name->text, "lamp");
+    expect(&w, 0, 0, 0, 0, 0);
+    OK(lf_neural_clue(w.method.neural, clue, &out));
+    assert_int_equal(out.width, 1); // VPL of a point
+    lf_clue_finish(&out);
+    watch_close(&w);
+}
+
 // ---- the graph -------------------------------------------------------------------------------------------
 
 static bool ran(struct ng_renderer *renderer, const char *pass)
@@ -435,6 +456,7 @@ int main(void)
         cmocka_unit_test(another_method_encodes_nothing),
         cmocka_unit_test(a_light_that_comes_back_is_followed),
         cmocka_unit_test(emission_in_a_mirror_is_followed),
+        cmocka_unit_test(a_renamed_light_has_the_clues_of_its_first_name),
         cmocka_unit_test(another_world_is_another),
         cmocka_unit_test(another_network_starts_anew),
         cmocka_unit_test(each_light_has_a_node_of_its_own),
