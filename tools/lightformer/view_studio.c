@@ -25,6 +25,7 @@ struct view_studio {
     struct ng_clip_menu *clips;
     char scene[4096];          // path of what is on the stage
     const char *weights;       // of the network, as asked for; null: the scene's own
+    const char *clip;          // that plays, as asked for of the scene
     void *methods[METHOD_MAX]; // states, in the order of method_of
     ng_entity camera;          // our own, so that neither a parent nor an animation moves it
     struct ng_camera lens;     // of the scene's camera that it is like
@@ -48,6 +49,7 @@ ng_result view_studio_create(const struct view_studio_params *params, struct vie
         return ng_out_of_memory("the view");
     s->params = *params;
     s->weights = params->weights;
+    s->clip = params->opening->clip;
     return NG_OK;
 }
 
@@ -194,10 +196,11 @@ static ng_result open_first(struct view_studio *s, const struct view_order *orde
 static ng_result open_another(struct view_studio *s, const struct view_order *order)
 {
     bool again = strcmp(order->scene, s->scene) == 0;
-    const char *weights = again ? s->weights : NULL;
+    const char *weights = again ? s->weights : NULL, *clip = again ? s->clip : NULL;
     struct ng_stage *next = NULL;
     struct ng_stage_params params = stage_params(s, order->scene);
     params.no_device = true;
+    params.clip = clip;
     ng_watch_clear(s->params.watch);
     s->failed = scene_file_check(order->scene) != NG_OK || !has_good_weights(order->scene, weights) ||
                 ng_stage_create(&params, &next) != NG_OK;
@@ -210,6 +213,7 @@ static ng_result open_another(struct view_studio *s, const struct view_order *or
     NG_TRY(ng_stage_adopt(s->stage, &next));
     memcpy(s->scene, order->scene, sizeof s->scene);
     s->weights = weights;
+    s->clip = clip;
     s->fresh = s->fresh || !again;
     return begin_scene(s, order->time, false);
 }
