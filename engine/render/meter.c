@@ -25,6 +25,7 @@ static ng_result make_pipelines(struct ng_gpu *gpu, struct ng_meter *m)
         {.binding = 0, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
         {.binding = 1, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
         {.binding = 2, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
+        {.binding = 3, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
     };
     static const struct ng_gpu_slot expose[] = {
         {.binding = 0, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
@@ -73,17 +74,26 @@ void ng_meter_destroy(struct ng_meter **meter)
 struct pass_data {
     const struct ng_meter *self;
     const struct ng_frame_info *frame;
-    struct ng_graph_ref direct, emission, counts, before, after;
+    struct ng_graph_ref direct, indirect, emission, counts, before, after;
     float params[2]; // factor, adaptation
 };
+
+// Black where the method has no such light.
+static struct ng_gpu_binding light(const struct ng_pass_context *ctx, struct ng_graph_ref image,
+                                   uint32_t binding)
+{
+    const struct pass_data *d = ctx->data;
+    return image.id ? ng_pass_texture(ctx, image, binding) : ng_scene_gpu_black(d->frame->scene, binding);
+}
 
 static ng_result count(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     const struct ng_gpu_binding bindings[] = {
-        d->direct.id ? ng_pass_texture(ctx, d->direct, 0) : ng_scene_gpu_black(d->frame->scene, 0),
+        light(ctx, d->direct, 0),
         ng_pass_texture(ctx, d->emission, 1),
         {.binding = 2, .buffer = ng_pass_buffer(ctx, d->counts)},
+        light(ctx, d->indirect, 3),
     };
     NG_TRY(ng_cmd_bind(ctx->cmd, d->self->count, bindings, NG_COUNT(bindings)));
     ng_cmd_dispatch_over(ctx->cmd, (uint32_t[]){d->frame->width, d->frame->height, 1},
@@ -127,10 +137,11 @@ struct ng_graph_ref ng_meter_declare(const struct ng_meter *m, struct ng_compose
     const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
     struct pass_data data = {.self = m, .frame = ng_composer_get(composer, &ng_frame_item, 0)};
     data.direct = radiance->direct;
+    data.indirect = radiance->indirect;
     data.emission = gbuffer->emission;
     data.counts = ng_graph_add_buffer(
         g, "meter/counts",
-        &(struct ng_graph_buffer_params){.size = NG_METER_BINS * sizeof(uint32_t), .clear = true});
+        &(struct ng_graph_buffer_params){.size = 2 * NG_METER_BINS * sizeof(uint32_t), .clear = true});
     data.after = ng_graph_add_buffer(g, "meter/exposure", &number);
     bool adapts = adaptation > 0 && adaptation < 1;
     if (adapts)
@@ -141,6 +152,8 @@ struct ng_graph_ref ng_meter_declare(const struct ng_meter *m, struct ng_compose
     struct ng_pass *pass = add_pass(g, "meter/count", count, &data);
     if (data.direct.id)
         ng_pass_read(pass, data.direct, NG_USE_SAMPLED);
+    if (data.indirect.id)
+        ng_pass_read(pass, data.indirect, NG_USE_SAMPLED);
     ng_pass_read(pass, data.emission, NG_USE_SAMPLED);
     data.counts = ng_pass_write(pass, data.counts, NG_USE_STORAGE_READ_WRITE);
 

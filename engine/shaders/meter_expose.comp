@@ -5,7 +5,7 @@
 
 layout(local_size_x = 1) in;
 
-layout(set = 0, binding = 0) readonly buffer Counts { uint counts[NG_METER_BINS]; };
+layout(set = 0, binding = 0) readonly buffer Counts { uint counts[2 * NG_METER_BINS]; };
 layout(set = 0, binding = 1) readonly buffer Before { float before_exposure; };
 layout(set = 0, binding = 2) writeonly buffer After { float exposure; };
 layout(set = 0, binding = 3) readonly buffer Params {
@@ -13,18 +13,23 @@ layout(set = 0, binding = 3) readonly buffer Params {
     float adaptation; // part of the way, in stops; 1: all of it
 };
 
-void main()
+float exposure_of(int first)
 {
     float total = 0, before = 0, sum = 0, shares = 0;
     for (int i = 0; i < NG_METER_BINS; i++)
-        total += float(counts[i]);
+        total += float(counts[first + i]);
     for (int i = 0; i < NG_METER_BINS; i++) {
-        float count = float(counts[i]), share = ng_meter_share(before, count, total);
+        float count = float(counts[first + i]), share = ng_meter_share(before, count, total);
         before += count;
         shares += share;
         sum += share * float(i);
     }
-    float wanted = factor * ng_meter_exposure(sum, shares);
+    return ng_meter_exposure(sum, shares);
+}
+
+void main()
+{
+    float wanted = factor * ng_meter_both(exposure_of(0), exposure_of(NG_METER_BINS));
     if (adaptation < 1 && before_exposure > 0 && wanted > 0)
         wanted = before_exposure * exp2(adaptation * log2(wanted / before_exposure));
     exposure = wanted;

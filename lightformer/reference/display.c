@@ -9,23 +9,21 @@
 
 #define EDGE 4 // rays a side of a filtered pixel, by which its share of background is found
 
-static float luminance_of(const struct lf_sums *s, uint32_t samples)
+static float luminance_of(const struct lf_sums *s, uint32_t samples, bool whole)
 {
     float rgb[3];
     for (int i = 0; i < 3; i++)
-        rgb[i] = (float)((s->direct[i] + s->emission[i]) / samples);
+        rgb[i] = (float)((s->direct[i] + s->emission[i] + (whole ? s->indirect[i] : 0)) / samples);
     return ng_meter_luminance(rgb[0], rgb[1], rgb[2]);
 }
 
-static float find_exposure(const struct lf_reference *r)
+// Of direct light and emission, or of the whole picture.
+static float measure(const struct lf_reference *r, bool whole)
 {
-    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
     uint32_t counts[NG_METER_BINS] = {0};
     float total = 0, before = 0, sum = 0, shares = 0;
-    if (!camera->auto_exposure)
-        return camera->exposure;
     for (size_t i = 0; r->samples && i < lf_pixel_count(r); i++) {
-        float luminance = luminance_of(&r->sums[i], r->samples);
+        float luminance = luminance_of(&r->sums[i], r->samples, whole);
         if (luminance > 0)
             counts[(uint32_t)ng_meter_bin(luminance)]++;
     }
@@ -37,7 +35,15 @@ static float find_exposure(const struct lf_reference *r)
         shares += share;
         sum += share * (float)i;
     }
-    return camera->exposure * ng_meter_exposure(sum, shares);
+    return ng_meter_exposure(sum, shares);
+}
+
+static float find_exposure(const struct lf_reference *r)
+{
+    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
+    if (!camera->auto_exposure)
+        return camera->exposure;
+    return camera->exposure * ng_meter_both(measure(r, false), measure(r, true));
 }
 
 // Linear light of a display.

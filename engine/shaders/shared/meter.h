@@ -3,6 +3,10 @@
 //
 // Pixels that some light reaches are counted by the logarithm of their luminance. The brighter half counts,
 // but not its brightest few, which are lamps and highlights: their mean becomes NG_METER_KEY.
+//
+// Direct light and emission count, which every method has, so that all of them show a scene alike. Where
+// nearly all light is indirect that would be white: so the whole picture may be brighter by a stop than the
+// key, and no more.
 #ifndef NG_SHARED_METER_H
 #define NG_SHARED_METER_H
 
@@ -22,6 +26,7 @@
 #define NG_METER_LOW  -28.0f // log2 of the luminance of the first bin
 #define NG_METER_STOP 16.0f  // bins a stop
 #define NG_METER_KEY  0.36f
+#define NG_METER_OVER 2.0f // times the key, to which the whole picture may be exposed at most
 
 NG_METER_FN ng_meter_luminance(float r, float g, float b)
 {
@@ -44,13 +49,22 @@ NG_METER_FN ng_meter_share(float before, float count, float total)
     return high > low ? high - low : 0.0f;
 }
 
-// The exposure from the sum over bins of share * index and that of the shares alone; 1 for a picture in the
+// The exposure from the sum over bins of share * index and that of the shares alone; 0 for a picture in the
 // dark.
 NG_METER_FN ng_meter_exposure(float sum, float shares)
 {
     if (!(shares > 0.0f))
-        return 1.0f;
+        return 0.0f;
     return NG_METER_KEY / ng_meter_exp2_((sum / shares + 0.5f) / NG_METER_STOP + NG_METER_LOW);
+}
+
+// The exposure of a picture, from those of its direct light and of all its light; 1 in the dark.
+NG_METER_FN ng_meter_both(float direct, float whole)
+{
+    float most = NG_METER_OVER * whole;
+    if (!(whole > 0.0f))
+        return direct > 0.0f ? direct : 1.0f;
+    return direct > 0.0f && direct < most ? direct : direct > 0.0f ? most : whole;
 }
 
 #endif
