@@ -163,7 +163,7 @@ union word {
 static ng_result convert(const struct gltf_loader *l, int index, const struct elements *e, size_t from,
                          size_t to, const struct gltf_want *want, union word *out)
 {
-    bool normalized = l->doc->accessors[index].normalized;
+    bool normalized = l->doc->accessors[index].normalized && !want->integers;
     for (uint32_t c = 0; c < e->components; c++) {
         double v = component(e, from, c, normalized);
         if (want->integers) {
@@ -303,12 +303,6 @@ ng_result ng_gltf_view_bytes(struct gltf_loader *l, int view, const unsigned cha
     const struct gltf_document *d = l->doc;
     if (view < 0 || (uint32_t)view >= d->view_count)
         return ng_gltf_error(l, "buffer view %d is not one of %u", view, d->view_count);
-    const struct gltf_view *v = &d->views[view];
-    struct elements bytes = {.type = GLTF_U8, .components = 1};
-    if (v->length == 0)
-        return ng_gltf_error(l, "buffer view %d: is empty", view);
-    NG_TRY(locate(l, -1, view, 0, v->length, false, &bytes));
-    *data = bytes.data;
-    *size = v->length;
-    return NG_OK;
+    NG_TRY(find_bytes(l, -1, view, data, size));
+    return *size ? NG_OK : ng_gltf_error(l, "buffer view %d: is empty", view);
 }

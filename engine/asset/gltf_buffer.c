@@ -57,8 +57,8 @@ static ng_result find_bytes(struct gltf_faults *f, const unsigned char *data, si
     for (unsigned chunk = 1; begin <= size && size - begin >= 8; chunk++) {
         uint32_t length = u32_at(data, begin);
         if (length > size - begin - 8) {
-            ng_log_error("%s: GLB chunk %u is %u bytes long, which run past the file", f->path, chunk,
-                         length);
+            ng_log_error("%s: GLB chunk %u is %u bytes long, which run past the file (truncated?)", f->path,
+                         chunk, length);
             return NG_ERROR_FORMAT;
         }
         if (u32_at(data, begin + 4) == GLB_BIN && !out->bytes) {
@@ -88,20 +88,30 @@ ng_result ng_gltf_open(struct gltf_faults *f, const unsigned char *data, size_t 
 }
 
 // ---- data: URIs ------------------------------------------------------------------------------------------
+// Of either alphabet (RFC 4648: 4, and 5 for URLs).
 static int base64_digit(char c)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    c = c == '-' ? '+' : c == '_' ? '/' : c;
     const char *at = c ? strchr(digits, c) : NULL;
     return at ? (int)(at - digits) : -1;
 }
 
-// Returns how many bytes; stops at the padding or at what is no digit, where `*end` then points.
+static bool is_space(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r' || c == '\n';
+}
+
+// Returns how many bytes; stops at the padding or at what is no digit, where `*end` then points. Lines may be
+// broken.
 static size_t decode_base64(const char *text, unsigned char *out, const char **end)
 {
     uint32_t bits = 0;
     unsigned held = 0; // bits
     size_t n = 0;
-    for (int digit; (digit = base64_digit(*text)) >= 0; text++) {
+    for (int digit; is_space(*text) || (digit = base64_digit(*text)) >= 0; text++) {
+        if (is_space(*text))
+            continue;
         bits = bits << 6 | (uint32_t)digit;
         held += 6;
         if (held < 8)
@@ -109,15 +119,24 @@ static size_t decode_base64(const char *text, unsigned char *out, const char **e
         held -= 8;
         out[n++] = (unsigned char)(bits >> held);
     }
-    while (*text == '=')
+    while (*text == '=' || is_space(*text))
         text++;
     *end = text;
     return n;
 }
 
+// Whether a text begins with this one, which is in lower case.
+static bool begins(const char *text, const char *lower)
+{
+    for (; *lower; text++, lower++)
+        if ((*text >= 'A' && *text <= 'Z' ? *text - 'A' + 'a' : *text) != *lower)
+            return false;
+    return true;
+}
+
 bool ng_gltf_is_data_uri(const char *uri)
 {
-    return strncmp(uri, "data:", 5) == 0;
+    return begins(uri, "data:");
 }
 
 // Of the standard, and of its extensions. The bytes are taken for what they are, whatever the type says.
@@ -136,7 +155,7 @@ ng_result ng_gltf_data_uri(struct gltf_faults *f, const char *what, const char *
 {
     *data = NULL;
     const char *comma = strchr(uri, ','), *type = uri + 5, *end;
-    if (!comma || comma - uri < 12 || strncmp(comma - 7, ";base64", 7) != 0) {
+    if (!comma || comma - uri < 12 || !begins(comma - 7, ";base64")) {
         ng_log_error("%s: %s: \"%.60s\" is a data: URI of another kind than base64", f->path, what, uri);
         return NG_ERROR_FORMAT;
     }
@@ -263,7 +282,7 @@ ng_result ng_gltf_buffers(struct gltf_faults *faults, const struct ng_gltf_param
 static bool file_path(const char *document, const char *name, char *out, size_t size, const char **why)
 {
     *why = "is not a file in the document's directory or below";
-    if (name[0] == 0 || name[0] == '/' || strchr(name, '\\') || strstr(name, "://"))
+    if (name[0] == 0 || name[0] == '/' || (name[0] && name[1] == ':') || strstr(name, "://"))
         return false;
     for (const char *part = name; part; part = strchr(part, '/')) {
         part += *part == '/';
@@ -297,5 +316,7 @@ bool ng_gltf_uri_path(const char *document, const char *uri, char *out, size_t s
     *why = "holds the character %00";
     if (strlen(name) != n)
         return false;
+    for (char *p = name; *p; p++) // folders as Windows writes them
+        *p = *p == '\\' ? '/' : *p;
     return file_path(document, name, out, size, why);
 }

@@ -13,8 +13,9 @@
 // ---- what is asked of a file first -----------------------------------------------------------------------
 
 // glTF 2.0, 5.9 (asset): minVersion, if it is there, says what is needed, else the major part of version.
-static ng_result check_version(const char *path, const struct gltf_value *root)
+static ng_result check_version(struct gltf_faults *faults, const struct gltf_value *root)
 {
+    const char *path = faults->path;
     const struct gltf_value *asset = ng_gltf_member(root, "asset");
     const char *version = ng_gltf_text(asset, "version", ""), *min = ng_gltf_text(asset, "minVersion", "");
     if (!version[0]) {
@@ -24,7 +25,12 @@ static ng_result check_version(const char *path, const struct gltf_value *root)
     const char *needed = min[0] ? min : version;
     unsigned major = 0, minor = 0;
     char rest = 0;
-    if (sscanf(needed, "%4u.%4u%c", &major, &minor, &rest) == 2 && major == 2 && (!min[0] || minor == 0))
+    int parts = sscanf(needed, "%4u.%4u%c", &major, &minor, &rest);
+    bool is_2 = major == 2 && (needed[1] == '.' || !needed[1]) && (!min[0] || minor == 0);
+    if (is_2 && parts != 2)
+        return ng_gltf_fault(faults, "it is taken for 2.0", "asset.version: \"%.60s\" is not two numbers",
+                             needed);
+    if (is_2)
         return NG_OK;
     ng_log_error("%s: asset.%s: \"%.60s\" is not supported, glTF 2.0 is; convert the file", path,
                  min[0] ? "minVersion" : "version", needed);
@@ -261,9 +267,16 @@ static void make_camera(struct maker *m, const struct gltf_value *v, void *item)
 {
     struct gltf_camera *c = item;
     const char *type = ng_gltf_text(v, "type", "");
-    NG_UNUSED(m);
+    const struct gltf_value *perspective = ng_gltf_member(v, "perspective");
     c->perspective = c->perspective && strcmp(type, "perspective") == 0;
     c->orthographic = c->orthographic && strcmp(type, "orthographic") == 0;
+    if (c->perspective || c->orthographic || !perspective || m->result != NG_OK)
+        return;
+    m->result = ng_gltf_fault(m->faults, "it is perspective, since it has that",
+                              "a camera's type \"%.40s\" is neither perspective nor orthographic", type);
+    c->perspective = true;
+    c->fov_y = ng_gltf_number(perspective, "yfov", 0);
+    c->near_plane = ng_gltf_number(perspective, "znear", 0);
 }
 
 static void make_animation(struct maker *m, const struct gltf_value *v, void *item)
@@ -356,7 +369,7 @@ static ng_result read_document(struct gltf_faults *faults, const struct ng_gltf_
     doc->json_offset = (size_t)(container.json - (const char *)data);
     doc->json_size = container.json_size;
     NG_TRY(ng_gltf_json(faults, container.json, container.json_size, &doc->arena, &doc->root));
-    ng_result r = check_version(faults->path, doc->root);
+    ng_result r = check_version(faults, doc->root);
     r = r == NG_OK ? check_required(faults->path, doc->root) : r;
     if (r != NG_OK) { // whatever else is wrong
         ng_gltf_faults_finish(faults);

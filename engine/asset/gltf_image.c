@@ -98,7 +98,8 @@ static ng_result load_image(struct gltf_loader *l, int index, const struct ng_im
     struct ng_image_params limited = *params;
     char where[32], name[4096];
     snprintf(where, sizeof where, "image %d", index);
-    if (image->uri[0] && !ng_gltf_is_data_uri(image->uri))
+    bool has_uri = image->uri[0] && image->view < 0; // of both the view is there
+    if (has_uri && !ng_gltf_is_data_uri(image->uri))
         return load_file(l, where, image->uri, params, out);
     snprintf(name, sizeof name, "%.3500s: %s", l->path, where);
     char limit[128];
@@ -106,9 +107,9 @@ static ng_result load_image(struct gltf_loader *l, int index, const struct ng_im
     const unsigned char *data = NULL;
     unsigned char *own = NULL;
     size_t size = 0;
-    if (!image->uri[0] && image->view == -1)
+    if (!has_uri && image->view == -1)
         return ng_gltf_error(l, "%s: has neither a uri nor a buffer view", where);
-    if (image->uri[0])
+    if (has_uri)
         NG_TRY(ng_gltf_data_uri(&l->faults, where, image->uri, l->limits.max_file_size, &own, &size));
     else
         NG_TRY(ng_gltf_view_bytes(l, image->view, &data, &size));

@@ -103,7 +103,8 @@ static ng_result make_material(struct gltf_loader *l, const char *where, const s
     out.alpha_cutoff = (float)m->alpha_cutoff;
     out.normal_scale = (float)m->normal_scale;
     out.double_sided = m->double_sided;
-    out.unlit = ng_gltf_member(m->extensions, "KHR_materials_unlit") != NULL;
+    const struct gltf_value *unlit = ng_gltf_member(m->extensions, "KHR_materials_unlit");
+    out.unlit = unlit && unlit->kind == GLTF_OBJECT;
     NG_TRY(alpha_mode(l, where, m->alpha_mode, &out.alpha_mode));
     NG_TRY(ng_gltf_use_texture(l, where, &m->normal_texture, false, GLTF_SLOT(&out, normal)));
     NG_TRY(ng_gltf_use_texture(l, where, &m->emissive_texture, true, GLTF_SLOT(&out, emissive)));

@@ -102,7 +102,7 @@ static ng_result read_influences(struct gltf_loader *l, const struct gltf_primit
         return ng_gltf_error(l, "%s: %s and %s must come together", where, joints, weights);
     const struct gltf_want want_weights = {weights, GLTF_FLOATS | GLTF_SMALL_UNSIGNED | GLTF_ANY_NUMBER,
                                            1u << 4, n, false},
-                           want_joints = {joints, GLTF_SMALL_UNSIGNED, 1u << 4, n, true};
+                           want_joints = {joints, GLTF_UNSIGNED, 1u << 4, n, true};
     NG_TRY(ng_gltf_read(l, attribute(p, weights), &want_weights, &out->weights, NULL));
     NG_TRY(ng_gltf_read(l, attribute(p, joints), &want_joints, &out->joints, NULL));
     for (size_t i = 0; i < n * (size_t)4; i++)
@@ -156,7 +156,8 @@ static ng_result take_influences(struct gltf_loader *l, const char *where, const
         }
         for (size_t k = 0; k < 4; k++) {
             w[k] = sum > 0 ? w[k] / sum : (k == 0 ? 1.0f : 0.0f);
-            g->joints[i * 4 + k] = w[k] > 0 ? (uint16_t)in->joints[i * 4 + k] : 0;
+            uint32_t joint = in->joints[i * 4 + k] < UINT16_MAX ? in->joints[i * 4 + k] : UINT16_MAX;
+            g->joints[i * 4 + k] = w[k] > 0 ? (uint16_t)joint : 0;
             *joint_limit = g->joints[i * 4 + k] >= *joint_limit ? g->joints[i * 4 + k] + 1u : *joint_limit;
         }
     }

@@ -3,6 +3,8 @@
 
 #include "asset/assets.h"
 #include "asset/gltf.h"
+#include "base/file.h"
+#include "components/camera.h"
 #include "components/components.h"
 #include "components/light_directional.h"
 #include "components/light_spot.h"
@@ -301,6 +303,78 @@ static void test_values_are_moved(void **state)
     finish(&l);
 }
 
+// ---- the ways of writers ---------------------------------------------------------------------------------
+// A triangle in base64: three positions, then indices 0, 1, 2 as 16 bits and joints as 32.
+#define TRIANGLE64                                                                                           \
+    "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"   \
+    "AAAAAAAAAAAAAAAA"
+#define DATA "data:application/octet-stream;base64," TRIANGLE64
+
+static struct loaded load_triangle(const char *version, const char *uri, const char *index, const char *more)
+{
+    char path[512], text[4096];
+    int n = snprintf(
+        text, sizeof text,
+        "{\"asset\": {\"version\": \"%s\"}, \"buffers\": [{\"byteLength\": 84, \"uri\": \"%s\"}], "
+        "\"bufferViews\": "
+        "[{\"buffer\": 0, \"byteLength\": 36}, {\"buffer\": 0, \"byteOffset\": 36, \"byteLength\": 6}], "
+        "\"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"count\": 3, \"type\": \"VEC3\"}, "
+        "{\"bufferView\": 1, \"componentType\": 5123, \"count\": 3, \"type\": \"SCALAR\"%s}], \"meshes\": "
+        "[{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"indices\": 1, \"material\": 0}]}], "
+        "\"materials\": [{\"extensions\": {\"KHR_materials_unlit\": null}}], \"nodes\": [{\"mesh\": 0}, "
+        "{\"camera\": 0}]%s}",
+        version, uri, index, more);
+    assert_true(n > 0 && (size_t)n < sizeof text);
+    test_path(path, sizeof path, "written.gltf");
+    gltf_write_file(path, text, (size_t)n);
+    return load(path);
+}
+
+static void test_ways_of_writers(void **state)
+{
+    static const char camera[] = ", \"cameras\": [{\"perspective\": {\"yfov\": 0.5, \"znear\": 0.25}}]";
+    static const struct {
+        const char *version, *uri, *index, *warning;
+    } cases[] = {
+        {"2.0", DATA, "", NULL},
+        {"2", DATA, "", "it is taken for 2.0"},
+        {"2.0.1", DATA, "", "it is taken for 2.0"},
+        {"2.0", "DATA:application/octet-stream;Base64," TRIANGLE64, "", NULL},
+        {"2.0", "data:application/octet-stream;base64,\\r\\n " TRIANGLE64 "\\n", "", NULL},
+        {"2.0", DATA, ", \"normalized\": true", NULL}, // indices are not fractions
+        {"2.0", "sub\\\\triangle.bin", "", NULL},
+        {"2.0", "sub%5Ctriangle.bin", "", NULL},
+    };
+    static const float positions[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    static const uint16_t indices[3] = {0, 1, 2};
+    unsigned char bytes[84] = {0};
+    char folder[512];
+    NG_UNUSED(state);
+    memcpy(bytes, positions, 36);
+    memcpy(bytes + 36, indices, 6);
+    test_path(folder, sizeof folder, "sub");
+    assert_int_equal(ng_file_make_directory(folder), NG_OK);
+    test_path(folder, sizeof folder, "sub/triangle.bin");
+    gltf_write_file(folder, bytes, sizeof bytes);
+    for (size_t i = 0; i < NG_COUNT(cases); i++) {
+        struct loaded l = load_triangle(cases[i].version, cases[i].uri, cases[i].index, camera);
+        if (l.scene.triangle_count != 1)
+            fail_msg("case %zu: %s", i, l.log.text);
+        expect_warnings(&l, cases[i].warning ? 3 : 2, cases[i].warning ? cases[i].warning : "unlit");
+        assert_non_null(strstr(l.log.text, "it is perspective, since it has that"));
+        const struct ng_camera *c = ng_world_get(l.world, l.scene.camera, NG_CAMERA);
+        assert_true(c->fov_y == 0.5f && c->near_plane == 0.25f);
+        const struct ng_material *m = NULL;
+        for (ng_entity e = l.scene.root; !m; e = ng_world_next_below(l.world, l.scene.root, e))
+            m = ng_world_get(l.world, e, NG_MATERIAL);
+        assert_false(m->unlit); // null is none
+        finish(&l);
+    }
+    struct loaded l = load_triangle("2.0", "sub\\\\..\\\\..\\\\x.bin", "", camera);
+    assert_non_null(strstr(l.log.text, "is not a file in the document's directory"));
+    finish(&l);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -311,6 +385,7 @@ int main(void)
         cmocka_unit_test(test_times),
         cmocka_unit_test(test_no_key_is_left),
         cmocka_unit_test(test_values_are_moved),
+        cmocka_unit_test(test_ways_of_writers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
