@@ -114,6 +114,7 @@ static const char keys[] =
                       "- = 0         darker, brighter, as the scene has it\n"
                       "V             the next camera of the scene\n"
                       "drop a file   view it instead\n"
+                      "save a file   scene, pictures, network: shown anew as they change\n"
                       "Escape        quit";
 
 #define SCRUB_S          0.1
