@@ -187,10 +187,11 @@ int main(int argc, char **argv)
     struct options o;
     ng_interrupt_watch();
     if (!parse(argc, argv, &o)) {
+        bool help = argc == 2 && strcmp(argv[1], "--help") == 0;
         fputs(
             "usage: chess [--scene FILE] [--neural [--weights FILE]] [--headless [--frames N] [--out DIR]]\n",
-            stderr);
-        return 2;
+            help ? stdout : stderr);
+        return help ? 0 : 2;
     }
     if (!frames_are_others(&o))
         return 2;

@@ -5,6 +5,7 @@
 #include "base/interrupt.h"
 #include "base/log.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -30,9 +31,11 @@ static ng_result write_file(const char *dir, const struct content_file *file)
 int main(int argc, char **argv)
 {
     ng_interrupt_watch();
-    if (argc != 2) {
-        fprintf(stderr, "usage: content_builder DIR\nWrites the files of content/ below DIR.\n");
-        return 2;
+    bool help = argc == 2 && strcmp(argv[1], "--help") == 0;
+    if (argc != 2 || argv[1][0] == '-') { // an option's name is a poor one for a folder; "./-x" is one
+        fputs("usage: content_builder DIR\nWrites the files of content/ below DIR.\n",
+              help ? stdout : stderr);
+        return help ? 0 : 2;
     }
     for (const struct content_file *f = content_files; f->path; f++)
         if (write_file(argv[1], f) != NG_OK)
