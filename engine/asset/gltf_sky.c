@@ -75,14 +75,17 @@ static void paint(struct ng_image *image)
 
 static ng_result make_map(struct gltf_loader *l, ng_asset *out)
 {
-    const struct ng_image_params params = {.sampling.wrap_u = NG_WRAP_REPEAT, .no_mips = true};
+    const struct ng_image_params params = {.sampling.wrap_u = NG_WRAP_REPEAT};
     struct ng_image image;
-    NG_TRY(ng_gltf_budget(l, (uint64_t)WIDTH * HEIGHT * 4 * sizeof(float), "the default sky"));
+    NG_TRY(ng_gltf_budget(l, (uint64_t)WIDTH * HEIGHT * 4 * sizeof(float) * 4 / 3, "the default sky"));
     NG_TRY(ng_image_allocate("the default sky", WIDTH, HEIGHT, NG_PIXEL_RGBA32F, &params, &image));
     paint(&image);
-    if (!ng_array_reserve(&l->added, l->added.count + 1)) {
+    ng_result r = ng_image_make_mips(&image); // rough surfaces reflect them
+    if (r == NG_OK && !ng_array_reserve(&l->added, l->added.count + 1))
+        r = ng_out_of_memory(l->path);
+    if (r != NG_OK) {
         ng_image_finish(&image);
-        return ng_out_of_memory(l->path);
+        return r;
     }
     NG_TRY(ng_assets_take_image(l->assets, "default sky", &image, out));
     ng_array_push(&l->added, *out);

@@ -2,7 +2,7 @@
 #include "render/gbuffer.h"
 
 #include "base/log.h"
-#include "components/light_environment.h"
+#include "render/environment.h"
 #include "render/frame.h"
 #include "render/passes.h"
 #include "render/scene_gpu.h"
@@ -17,7 +17,6 @@
 #include "gbuffer_textured.frag.spv.h"
 #include "gbuffer_textured.vert.spv.h"
 
-#include <cglm/cglm.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -95,12 +94,6 @@ static ng_result make_scene_pipelines(struct ng_gbuffer_provider *g)
     return make_scene_pipeline(g->gpu, &full, &g->full);
 }
 
-// Push constants of background.frag.
-struct background_push {
-    float world_to_map[12]; // three rows of four
-    float radiance[3];
-};
-
 static ng_result make_background_pipeline(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
 {
     static const struct ng_gpu_slot slots[] = {
@@ -110,11 +103,10 @@ static ng_result make_background_pipeline(struct ng_gpu *gpu, struct ng_gpu_pipe
     return ng_fullscreen_create(
         gpu,
         &(struct ng_gpu_graphics_params){.name = "background",
-
                                          .fragment = NG_SPIRV(ng_spv_background_frag),
                                          .slots = slots,
                                          .slot_count = NG_COUNT(slots),
-                                         .push_size = sizeof(struct background_push),
+                                         .push_size = sizeof(struct ng_environment_push),
                                          .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT},
                                          .color_count = 1,
                                          .depth_format = VK_FORMAT_D32_SFLOAT,
@@ -187,18 +179,8 @@ static ng_result draw_background(const struct ng_pass_context *ctx)
     const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(scene, 0),
                                               ng_scene_gpu_image(scene, light->image, 1)};
     NG_TRY(ng_cmd_bind(ctx->cmd, d->provider->background, bindings, NG_COUNT(bindings)));
-    struct background_push push = {0};
-    // Rows of the inverse of a rotation are its columns.
-    for (int row = 0; row < 3; row++) {
-        vec3 axis = {light->source.matrix[row * 4], light->source.matrix[row * 4 + 1],
-                     light->source.matrix[row * 4 + 2]};
-        glm_vec3_normalize(axis);
-        memcpy(&push.world_to_map[row * 4], axis, sizeof axis);
-    }
-    struct ng_light_environment environment;
-    memcpy(&environment, light->source.params, sizeof environment);
-    for (int c = 0; c < 3; c++)
-        push.radiance[c] = environment.color[c] * environment.intensity;
+    struct ng_environment_push push;
+    ng_environment_push_of(light, &push);
     ng_cmd_push(ctx->cmd, d->provider->background, &push, sizeof push);
     vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
     return NG_OK;

@@ -64,8 +64,9 @@ static void observe_vpls(const struct ng_light_source *s, struct ng_light_gpu *o
         struct ng_vpl_data *v = &out->vpls[used++];
         copy3(v->position, samples[i].position);
         copy3(v->normal, samples[i].normal);
+        v->density = samples[i].pdf * (float)count;
         for (int c = 0; c < 3; c++)
-            v->weight[c] = samples[i].radiance[c] / (samples[i].pdf * (float)count);
+            v->weight[c] = samples[i].radiance[c] / v->density;
     }
     out->data.vpl_count = used;
     out->data.vpl_kind = s->type->infinite ? NG_VPL_DIRECTIONAL : delta ? NG_VPL_POINT : NG_VPL_AREA;

@@ -3,12 +3,14 @@
 #include "render/raster.h"
 #include "base/log.h"
 
+#include "render/environment.h"
 #include "render/frame.h"
 #include "render/light_gpu.h"
 #include "render/passes.h"
 #include "render/scene_gpu.h"
 
 #include "direct.frag.spv.h"
+#include "direct_environment.frag.spv.h"
 #include "sky_visibility.frag.spv.h"
 #include "visibility.frag.spv.h"
 
@@ -19,12 +21,20 @@ const struct ng_item_type ng_radiance_item = {"radiance", sizeof(struct ng_radia
 
 struct ng_raster {
     struct ng_gpu *gpu;
-    struct ng_gpu_pipeline *visibility, *sky_visibility, *direct;
+    struct ng_gpu_pipeline *visibility, *sky_visibility, *direct, *environment;
 };
 
 #define TEXTURE(n)                                                                                           \
     {                                                                                                        \
         .binding = (n), .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER                                    \
+    }
+#define BUFFER(n)                                                                                            \
+    {                                                                                                        \
+        .binding = (n), .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER                                            \
+    }
+#define VIEW                                                                                                 \
+    {                                                                                                        \
+        .binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER                                              \
     }
 
 static ng_result make_visibility(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
@@ -68,29 +78,38 @@ static ng_result make_sky_visibility(struct ng_gpu *gpu, struct ng_gpu_pipeline 
         out);
 }
 
+#define DIRECT_SLOTS VIEW, TEXTURE(1), TEXTURE(2), TEXTURE(3), TEXTURE(4), TEXTURE(5), BUFFER(8), BUFFER(9)
+
+// Adds to the sums of unshadowed and of direct light.
+static ng_result make_sum(struct ng_gpu *gpu, const struct ng_gpu_graphics_params *params,
+                          struct ng_gpu_pipeline **out)
+{
+    struct ng_gpu_graphics_params p = *params;
+    p.color_formats[0] = p.color_formats[1] = VK_FORMAT_R32G32B32A32_SFLOAT;
+    p.color_count = 2;
+    p.blend = NG_GPU_BLEND_ADD;
+    return ng_fullscreen_create(gpu, &p, out);
+}
+
 static ng_result make_direct(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
 {
-    static const struct ng_gpu_slot slots[] = {
-        {.binding = 0, .type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
-        TEXTURE(1),
-        TEXTURE(2),
-        TEXTURE(3),
-        TEXTURE(4),
-        TEXTURE(5),
-        {.binding = 8, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
-        {.binding = 9, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
-    };
-    return ng_fullscreen_create(
-        gpu,
-        &(struct ng_gpu_graphics_params){
-            .name = "direct",
-            .fragment = NG_SPIRV(ng_spv_direct_frag),
-            .slots = slots,
-            .slot_count = NG_COUNT(slots),
-            .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT},
-            .color_count = 2,
-            .blend = NG_GPU_BLEND_ADD},
-        out);
+    static const struct ng_gpu_slot slots[] = {DIRECT_SLOTS};
+    const struct ng_gpu_graphics_params params = {.name = "direct",
+                                                  .fragment = NG_SPIRV(ng_spv_direct_frag),
+                                                  .slots = slots,
+                                                  .slot_count = NG_COUNT(slots)};
+    return make_sum(gpu, &params, out);
+}
+
+static ng_result make_environment(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
+{
+    static const struct ng_gpu_slot slots[] = {DIRECT_SLOTS, TEXTURE(6)};
+    const struct ng_gpu_graphics_params params = {.name = "direct environment",
+                                                  .fragment = NG_SPIRV(ng_spv_direct_environment_frag),
+                                                  .slots = slots,
+                                                  .slot_count = NG_COUNT(slots),
+                                                  .push_size = sizeof(struct ng_environment_push)};
+    return make_sum(gpu, &params, out);
 }
 
 ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out)
@@ -105,6 +124,8 @@ ng_result ng_raster_create(struct ng_gpu *gpu, struct ng_raster **out)
         r = make_sky_visibility(gpu, &self->sky_visibility);
     if (r == NG_OK)
         r = make_direct(gpu, &self->direct);
+    if (r == NG_OK)
+        r = make_environment(gpu, &self->environment);
     if (r != NG_OK)
         ng_raster_destroy(&self);
     *out = self;
@@ -119,6 +140,7 @@ void ng_raster_destroy(struct ng_raster **raster)
     ng_gpu_pipeline_destroy(&self->visibility);
     ng_gpu_pipeline_destroy(&self->sky_visibility);
     ng_gpu_pipeline_destroy(&self->direct);
+    ng_gpu_pipeline_destroy(&self->environment);
     free(self);
     *raster = NULL;
 }
@@ -167,9 +189,25 @@ static ng_result find_sky_visibility(const struct ng_pass_context *ctx)
     return draw(ctx, d->self->sky_visibility, bindings, NG_COUNT(bindings));
 }
 
+// An environment's map with all its levels, whatever sampling its file asks for.
+static struct ng_gpu_binding filtered_map(const struct pass_data *d, const struct ng_snapshot_light *light,
+                                          uint32_t binding)
+{
+    struct ng_gpu_binding map = ng_scene_gpu_image(d->frame->scene, light->image, binding);
+    map.sampler = ng_gpu_sampler(
+        d->self->gpu, &(struct ng_gpu_sampler_params){.mag_filter = VK_FILTER_LINEAR,
+                                                      .min_filter = VK_FILTER_LINEAR,
+                                                      .mip_filter = VK_SAMPLER_MIPMAP_MODE_LINEAR,
+                                                      .address_v = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE});
+    return map;
+}
+
 static ng_result add_light(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
+    const struct ng_snapshot_light *lit = &d->frame->snapshot->lights[d->maps->light];
+    bool environment = ng_is_environment(lit);
+    const struct ng_gpu_pipeline *pipeline = environment ? d->self->environment : d->self->direct;
     struct ng_gpu_binding light[3];
     ng_light_gpu_bindings(d->maps->gpu, false, light);
     const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(d->frame->scene, 0),
@@ -179,8 +217,16 @@ static ng_result add_light(const struct ng_pass_context *ctx)
                                               ng_pass_texture(ctx, d->gbuffer->specular, 4),
                                               ng_pass_texture(ctx, d->visibility, 5),
                                               light[1],
-                                              light[2]};
-    return draw(ctx, d->self->direct, bindings, NG_COUNT(bindings));
+                                              light[2],
+                                              filtered_map(d, lit, 6)};
+    NG_TRY(ng_cmd_bind(ctx->cmd, pipeline, bindings, NG_COUNT(bindings) - (environment ? 0 : 1)));
+    if (environment) {
+        struct ng_environment_push push;
+        ng_environment_push_of(lit, &push);
+        ng_cmd_push(ctx->cmd, pipeline, &push, sizeof push);
+    }
+    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
+    return NG_OK;
 }
 
 static ng_result add_nothing(const struct ng_pass_context *ctx)

@@ -22,6 +22,7 @@ layout(location = 0) out float out_visibility;
 ng_light_data light; // read once, not in each turn of a loop
 
 #include "geometry.glsl"
+#include "spiral.glsl"
 
 const int BLOCKER_SAMPLES = 16;
 const int FILTER_SAMPLES = 24;
@@ -89,14 +90,6 @@ float blocker_in_windows(vec3 p, receiver r)
 float blocker(vec3 p, receiver r)
 {
     return light.window_count != 0 ? blocker_in_windows(p, r) : blocker_in_cube(p, r);
-}
-
-// The next direction of Vogel's spiral: a turn by the golden angle. With radius sqrt((i + 0.5) / count) its points are
-// spread evenly over a disk.
-vec2 next_turn(vec2 turn)
-{
-    const vec2 golden = vec2(-0.73736888, 0.67549029);
-    return vec2(turn.x * golden.x - turn.y * golden.y, turn.x * golden.y + turn.y * golden.x);
 }
 
 // Jimenez's interleaved gradient noise: the turns of any 3 x 3 pixels are spread evenly, and direct.frag filters those.

@@ -71,6 +71,7 @@ static const struct member members[] = {
     M(ng_vpl_data, position),
     M(ng_vpl_data, normal),
     M(ng_vpl_data, weight),
+    M(ng_vpl_data, density),
 };
 
 // Instructions of the SPIR-V specification, 3.32, and the decoration Offset.

@@ -119,6 +119,7 @@ struct ng_vpl_data {
     NG_VEC3(position);
     NG_VEC3(normal); // area: unit; directional: where the light travels; point: zero
     NG_VEC3(weight); // radiance / (pdf * count). Area and point: W/sr; directional and environment: W/m2
+    NG_FLOAT(density); // pdf * count: of an environment, VPLs a steradian
 };
 
 #define NG_VPL_POINT       0
