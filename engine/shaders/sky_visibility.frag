@@ -28,6 +28,7 @@ layout(location = 0) out float out_visibility;
 #include "reflector.glsl"
 
 const float BIAS = 0.25; // texels
+const float LEAST_WIDTH = 1; // of a highlight, tangent: as wide as several directions are apart, or each would be a spot
 const float SOFTNESS = 0.2; // tangent of the half angle over which edges are blended
 
 float size; // of a map, texels
@@ -88,7 +89,7 @@ void main()
     float all = 0, open = 0, lost = 0, gained = 0, gaps = 0, blocked = 0;
     uint count = light.vpl_count;
     for (uint i = 0; i < count; i++) {
-        vec3 sum = reflected(r, -vpls[i].normal, vpls[i].weight, light.vpl_radius);
+        vec3 sum = reflected(r, -vpls[i].normal, vpls[i].weight, max(light.vpl_radius, LEAST_WIDTH));
         float weight = sum.r + sum.g + sum.b;
         turn = vec2(turn.x * golden.x - turn.y * golden.y, turn.x * golden.y + turn.y * golden.x);
         if (weight <= 0)
