@@ -1,5 +1,5 @@
-// Each hit is lit by all of a light's unshadowed direct light, if a ray to one point of the light says that
-// it arrives.
+// Each hit is lit by all of a light's unshadowed direct light, as far as rays to points of the light say that
+// it arrives: one ray, but to an environment several.
 #include "lightformer/clues/clues_internal.h"
 
 #include <string.h>
@@ -73,29 +73,48 @@ static void set_lane(const struct lf_secondary_hit *hit, int lane, struct lf_sha
     out->roughness[lane] = hit->roughness;
 }
 
-// Whether the light is visible from a hit: by a ray to one of its direct VPLs, another one for each hit of a
-// block.
-static bool is_visible(const struct lighting *l, const struct lf_secondary_hit *hit)
+// The light of a direct VPL at a hit, W/m2 in the mean; 0 where the hit's surface itself hides it.
+static float light_of(const struct lighting *l, const struct lf_secondary_hit *hit,
+                      const struct ng_light_sample *vpl, const float position[3],
+                      struct ng_light_incident *in)
+{
+    ng_light_incident_at(&l->light->unit, vpl, position, in);
+    float weight = ng_light_mean(in->irradiance) * lf_dot(hit->normal, in->direction);
+    return weight > 0 && lf_dot(hit->flat, in->direction) > 0 ? weight : 0;
+}
+
+static bool arrives(const struct lighting *l, const struct lf_secondary_hit *hit,
+                    const struct ng_light_sample *vpl, const float position[3],
+                    const struct ng_light_incident *in)
 {
     const struct lf_light_clues *light = l->light;
+    struct lf_ray ray = {.near = 0};
+    lf_trace_origin(l->scene->tracer, position, hit->flat, in->direction, ray.origin);
+    memcpy(ray.direction, in->direction, sizeof ray.direction);
+    ray.far = lf_max(in->distance * LF_LIGHT_RAY_PART - lf_skin_along(light, vpl, in->direction), 0);
+    return !lf_trace_shadowed(l->scene->tracer, &ray, light->light);
+}
+
+// How much of the light is visible from a hit, by rays to some of its direct VPLs. One, and another one for
+// each hit of a block; but an environment is around everything, and one direction of it says nothing of the
+// others: what a mirror shows would be dotted.
+static float visible_part(const struct lighting *l, const struct lf_secondary_hit *hit)
+{
+    const struct lf_light_clues *light = l->light;
+    const struct ng_light_type *type = light->unit.type;
     uint32_t count =
         light->vpl_count < LF_INTERLEAVE * LF_INTERLEAVE ? light->vpl_count : LF_INTERLEAVE * LF_INTERLEAVE;
-    float position[3];
+    bool around = type->infinite && !type->delta;
+    float position[3], open = 0, all = 0;
     lf_to_world(&light->space, hit->position, position);
-    for (uint32_t i = 0; i < TRIES; i++) {
+    for (uint32_t i = 0; i < (around ? count : TRIES) && (around || !(all > 0)); i++) {
         const struct ng_light_sample *vpl = &light->vpls.items[(hit->interleave_index + i) % count];
         struct ng_light_incident in;
-        struct lf_ray ray = {.near = 0};
-        ng_light_incident_at(&light->unit, vpl, position, &in);
-        float weight = ng_light_mean(in.irradiance) * lf_dot(hit->normal, in.direction);
-        if (!(weight > 0) || !(lf_dot(hit->flat, in.direction) > 0))
-            continue;
-        lf_trace_origin(l->scene->tracer, position, hit->flat, in.direction, ray.origin);
-        memcpy(ray.direction, in.direction, sizeof ray.direction);
-        ray.far = lf_max(in.distance * LF_LIGHT_RAY_PART - lf_skin_along(light, vpl, in.direction), 0);
-        return !lf_trace_shadowed(l->scene->tracer, &ray, light->light);
+        float weight = light_of(l, hit, vpl, position, &in);
+        all += weight;
+        open += weight > 0 && arrives(l, hit, vpl, position, &in) ? weight : 0;
     }
-    return false;
+    return all > 0 ? open / all : 0;
 }
 
 static void light_lanes(const struct lighting *l, size_t first)
@@ -120,8 +139,7 @@ static void light_lanes(const struct lighting *l, size_t first)
                 hits[i].met ? lf_finite(indirect[c][i] * (hits[i].albedo[c] + f0 * hits[i].f0[c])) : 0;
             lit_sum += out[c];
         }
-        if (!(lit_sum > 0) || !is_visible(l, &hits[i]))
-            lf_scale(out, 0, out);
+        lf_scale(out, lit_sum > 0 ? visible_part(l, &hits[i]) : 0, out);
     }
 }
 
