@@ -370,8 +370,9 @@ ng_result ng_gltf_tables(const char *path, uint64_t limit, gltf_document *doc)
 {
     uint64_t need = memory_needed(doc->root);
     if (need > limit) {
-        ng_log_error("%s: what its JSON lists needs %llu bytes, more than the limit of %llu", path,
-                     (unsigned long long)need, (unsigned long long)limit);
+        ng_log_error(
+            "%s: what its JSON lists needs %llu bytes, more than the %llu that a file of this size may take",
+            path, (unsigned long long)need, (unsigned long long)limit);
         return NG_ERROR_MEMORY;
     }
     try {
