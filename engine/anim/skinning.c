@@ -60,18 +60,25 @@ void ng_skin_palette(uint32_t count, const float *joint_world, const float *inve
     }
 }
 
-static inline void blend(const struct ng_skin_params *p, uint32_t vertex, v4 out[4])
+static inline void add_joints(const struct ng_skin_params *p, const uint16_t *joints, const float *weights,
+                              int begin, v4 out[4])
 {
-    const uint16_t *joints = p->joints + (size_t)vertex * 4;
-    const float *weights = p->weights + (size_t)vertex * 4;
-    const struct ng_joint_matrix *joint = &p->palette[joints[0]];
-    for (int c = 0; c < 4; c++)
-        out[c] = load(joint->column[c]) * weights[0];
-    for (int k = 1; k < 4; k++) {
-        joint = &p->palette[joints[k]];
+    for (int k = begin; k < 4; k++) {
+        const struct ng_joint_matrix *joint = &p->palette[joints[k]];
         for (int c = 0; c < 4; c++)
             out[c] += load(joint->column[c]) * weights[k];
     }
+}
+
+static inline void blend(const struct ng_skin_params *p, uint32_t vertex, v4 out[4])
+{
+    const size_t at = (size_t)vertex * 4;
+    const struct ng_joint_matrix *joint = &p->palette[p->joints[at]];
+    for (int c = 0; c < 4; c++)
+        out[c] = load(joint->column[c]) * p->weights[at];
+    add_joints(p, p->joints + at, p->weights + at, 1, out);
+    if (p->joints1)
+        add_joints(p, p->joints1 + at, p->weights1 + at, 0, out);
 }
 
 static void skin_range(const struct ng_skin_params *p, uint32_t begin, uint32_t end)

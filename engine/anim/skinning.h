@@ -29,9 +29,11 @@ struct ng_skin_params {
     const struct ng_joint_matrix *palette; // [joint_count]
     const uint16_t *joints;                // [vertex_count][4]; below joint_count (checked when loaded)
     const float *weights;                  // [vertex_count][4]
-    const float *positions;                // [vertex_count][3]
-    const float *normals;                  // [vertex_count][3], or null
-    const float *tangents;                 // [vertex_count][4], or null
+    const uint16_t *joints1;               // four more of each vertex, or null
+    const float *weights1;
+    const float *positions; // [vertex_count][3]
+    const float *normals;   // [vertex_count][3], or null
+    const float *tangents;  // [vertex_count][4], or null
     // Out. Normals by the inverse transpose of the blended matrix, so that non-uniform scale is right;
     // normals and tangents are unit (zero stays zero).
     float *out_positions, *out_normals, *out_tangents;

@@ -48,8 +48,11 @@ struct ng_geometry {
     float *uvs1;      // [vertex_count][2], a second set, which materials may ask for; or null
     uint16_t *
         colors; // [vertex_count][4], linear R, G, B and alpha, 65,535 is 1; multiply the base colour; or null
-    uint16_t *joints;  // [vertex_count][4], or null
-    float *weights;    // [vertex_count][4], sum 1; or null
+    uint16_t *joints; // [vertex_count][4], or null
+    float *weights;   // [vertex_count][4], sum 1; or null
+    // Four more of each vertex, where some have more than four; the sum of all eight weights is 1. Or null.
+    uint16_t *joints1;
+    float *weights1;
     uint32_t *indices; // [index_count], a multiple of 3; counter-clockwise is the front
     // Morph targets (components/morph.h): what each, at a weight of 1, adds to the vertices that it moves.
     // Deltas of target t are those from target_ends[t - 1] (0 for the first) to target_ends[t].

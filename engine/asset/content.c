@@ -33,6 +33,8 @@ static const struct array geometry_arrays[] = {
     OF_GEOMETRY(colors, vertex_count, 8, NG_PART_TOPOLOGY),
     OF_GEOMETRY(joints, vertex_count, 8, NG_PART_TOPOLOGY),
     OF_GEOMETRY(weights, vertex_count, 16, NG_PART_TOPOLOGY),
+    OF_GEOMETRY(joints1, vertex_count, 8, NG_PART_TOPOLOGY),
+    OF_GEOMETRY(weights1, vertex_count, 16, NG_PART_TOPOLOGY),
     OF_GEOMETRY(indices, index_count, 4, NG_PART_TOPOLOGY),
     OF_GEOMETRY(target_ends, target_count, 4, NG_PART_TOPOLOGY),
     OF_GEOMETRY(delta_vertices, delta_count, 4, NG_PART_TOPOLOGY),

@@ -67,7 +67,7 @@ static bool split_vertices(struct ng_geometry *g)
 {
     if (!unshare(&g->positions, 12, g) || !unshare(&g->tangents, 16, g) || !unshare(&g->uvs, 8, g) ||
         !unshare(&g->uvs1, 8, g) || !unshare(&g->colors, 8, g) || !unshare(&g->joints, 8, g) ||
-        !unshare(&g->weights, 16, g))
+        !unshare(&g->weights, 16, g) || !unshare(&g->joints1, 8, g) || !unshare(&g->weights1, 16, g))
         return false;
     g->vertex_count = g->index_count;
     for (uint32_t i = 0; i < g->index_count; i++)

@@ -114,54 +114,87 @@ static ng_result read_influences(struct gltf_loader *l, const struct gltf_primit
     return NG_OK;
 }
 
-// Of eight influences of a vertex those of the four strongest joints, which stay in their order.
-static void keep_strongest(float weights[4], uint32_t joints[4], const float more_weights[4],
-                           const uint32_t more_joints[4])
+// Brings the influences that there are to the front, in their order: of each joint one. How many there are.
+static size_t gather_influences(float weights[4], uint32_t joints[4], float more_weights[4],
+                                uint32_t more_joints[4])
 {
     float w[8];
     uint32_t j[8];
+    size_t count = 0;
     memcpy(w, weights, 16);
     memcpy(w + 4, more_weights, 16);
     memcpy(j, joints, 16);
     memcpy(j + 4, more_joints, 16);
-    for (size_t k = 1; k < 8; k++)
-        for (size_t i = 0; i < k; i++)
-            if (j[i] == j[k]) {
-                w[i] += w[k];
-                w[k] = 0;
-            }
-    for (size_t left = 8; left > 4; left--) {
-        size_t weakest = left - 1;
-        for (size_t k = left - 1; k-- > 0;)
-            weakest = w[k] < w[weakest] ? k : weakest;
-        memmove(w + weakest, w + weakest + 1, (left - 1 - weakest) * sizeof *w);
-        memmove(j + weakest, j + weakest + 1, (left - 1 - weakest) * sizeof *j);
+    for (size_t k = 0; k < 8; k++) {
+        size_t i = 0;
+        while (i < count && j[i] != j[k])
+            i++;
+        float before = i < count ? w[i] : 0, add = w[k];
+        w[k] = 0;
+        if (i == count && !(add > 0))
+            continue;
+        w[i] = before + add;
+        j[i] = j[k];
+        count += i == count;
     }
     memcpy(weights, w, 16);
+    memcpy(more_weights, w + 4, 16);
     memcpy(joints, j, 16);
+    memcpy(more_joints, j + 4, 16);
+    return count;
 }
 
-static ng_result take_influences(struct gltf_loader *l, const char *where, const struct influences *in,
-                                 struct ng_geometry *g, uint32_t *joint_limit)
+// Weights sum to 1.
+static void normalize_influences(struct influences *first, struct influences *more, size_t vertex)
 {
-    NG_TRY(ng_gltf_budget(l, g->vertex_count * (uint64_t)8, where));
-    g->joints = malloc(g->vertex_count * (size_t)4 * sizeof *g->joints);
-    if (!g->joints)
+    float *w = first->weights + vertex * 4, *x = more->joints ? more->weights + vertex * 4 : NULL, sum = 0;
+    for (size_t k = 0; k < 4; k++)
+        sum += w[k] = fminf(w[k], 1e30f); // so that their sum is finite
+    for (size_t k = 0; x && k < 4; k++)
+        sum += x[k] = fminf(x[k], 1e30f);
+    for (size_t k = 0; k < 4; k++)
+        w[k] = sum > 0 ? w[k] / sum : (k == 0 ? 1.0f : 0.0f);
+    for (size_t k = 0; x && k < 4; k++)
+        x[k] = sum > 0 ? x[k] / sum : 0;
+}
+
+static ng_result take_joints(struct gltf_loader *l, const char *where, const struct influences *in,
+                             uint32_t vertex_count, uint16_t **out, uint32_t *joint_limit)
+{
+    NG_TRY(ng_gltf_budget(l, vertex_count * (uint64_t)8, where));
+    *out = malloc(vertex_count * (size_t)4 * sizeof **out);
+    if (!*out)
         return ng_out_of_memory(l->path);
-    for (size_t i = 0; i < g->vertex_count; i++) {
-        float *w = in->weights + i * 4, sum = 0;
-        for (size_t k = 0; k < 4; k++) {
-            w[k] = fminf(w[k], 1e30f); // so that their sum is finite
-            sum += w[k];
-        }
-        for (size_t k = 0; k < 4; k++) {
-            w[k] = sum > 0 ? w[k] / sum : (k == 0 ? 1.0f : 0.0f);
-            uint32_t joint = in->joints[i * 4 + k] < UINT16_MAX ? in->joints[i * 4 + k] : UINT16_MAX;
-            g->joints[i * 4 + k] = w[k] > 0 ? (uint16_t)joint : 0;
-            *joint_limit = g->joints[i * 4 + k] >= *joint_limit ? g->joints[i * 4 + k] + 1u : *joint_limit;
-        }
+    for (size_t i = 0; i < vertex_count * (size_t)4; i++) {
+        uint32_t joint = in->joints[i] < UINT16_MAX ? in->joints[i] : UINT16_MAX;
+        (*out)[i] = in->weights[i] > 0 ? (uint16_t)joint : 0;
+        *joint_limit = (*out)[i] >= *joint_limit ? (*out)[i] + 1u : *joint_limit;
     }
     return NG_OK;
+}
+
+static void forget_influences(struct influences *in)
+{
+    free(in->weights);
+    free(in->joints);
+    *in = (struct influences){0};
+}
+
+static ng_result take_influences(struct gltf_loader *l, const char *where, struct influences *first,
+                                 struct influences *more, struct ng_geometry *g, uint32_t *joint_limit)
+{
+    size_t most = 0;
+    for (size_t i = 0; more->joints && i < g->vertex_count; i++) {
+        size_t count = gather_influences(first->weights + i * 4, first->joints + i * 4, more->weights + i * 4,
+                                         more->joints + i * 4);
+        most = count > most ? count : most;
+    }
+    if (most <= 4)
+        forget_influences(more);
+    for (size_t i = 0; i < g->vertex_count; i++)
+        normalize_influences(first, more, i);
+    NG_TRY(take_joints(l, where, first, g->vertex_count, &g->joints, joint_limit));
+    return more->joints ? take_joints(l, where, more, g->vertex_count, &g->joints1, joint_limit) : NG_OK;
 }
 
 static ng_result read_skinning(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
@@ -173,14 +206,11 @@ static ng_result read_skinning(struct gltf_loader *l, const struct gltf_primitiv
         r = read_influences(l, p, where, g->vertex_count, 1, &more);
     if (r == NG_OK && has_attribute(p, "JOINTS_2"))
         ng_gltf_warn(l, &l->warned_influences, "%s: only the first 8 joints of a vertex are used", where);
-    for (size_t i = 0; r == NG_OK && more.joints && i < g->vertex_count; i++)
-        keep_strongest(first.weights + i * 4, first.joints + i * 4, more.weights + i * 4,
-                       more.joints + i * 4);
     if (r == NG_OK && first.joints)
-        r = take_influences(l, where, &first, g, joint_limit);
+        r = take_influences(l, where, &first, &more, g, joint_limit);
     g->weights = first.weights;
+    g->weights1 = more.weights;
     free(first.joints);
-    free(more.weights);
     free(more.joints);
     return r;
 }
@@ -197,8 +227,10 @@ static ng_result try_skinning(struct gltf_loader *l, const struct gltf_primitive
         return NG_OK;
     free(g->weights);
     free(g->joints);
-    g->weights = NULL;
-    g->joints = NULL;
+    free(g->weights1);
+    free(g->joints1);
+    g->weights = g->weights1 = NULL;
+    g->joints = g->joints1 = NULL;
     *joint_limit = NG_GLTF_JOINTS_LOST;
     return NG_OK;
 }
@@ -255,9 +287,10 @@ static ng_result make_triangles(struct gltf_loader *l, const struct gltf_primiti
 static uint64_t completion_size(const struct ng_geometry *g)
 {
     uint64_t vertices = g->normals ? g->vertex_count : g->index_count;
-    uint64_t copies = g->normals ? 0
-                                 : 12 + 12 + (g->uvs ? 8u : 0u) + (g->uvs1 ? 8u : 0u) +
-                                       (g->colors ? 8u : 0u) + (g->joints ? 24u : 0u);
+    uint64_t copies = g->normals
+                          ? 0
+                          : 12 + 12 + (g->uvs ? 8u : 0u) + (g->uvs1 ? 8u : 0u) + (g->colors ? 8u : 0u) +
+                                (g->joints ? 24u : 0u) + (g->joints1 ? 24u : 0u);
     return vertices * (copies + (g->uvs ? 0u : 8u) + (g->tangents ? 0u : 16u + 24u));
 }
 

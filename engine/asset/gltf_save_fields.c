@@ -117,7 +117,7 @@ static void normalize4(float *v)
 
 bool ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, const float *value, float *out)
 {
-    float got[4];
+    float got[8];
     for (int k = 0; k < 4096; k++) {
         int away = (k % 2 ? -1 : 1) * ((k + 1) / 2);
         double scale = 1 + away * 2.9e-8;

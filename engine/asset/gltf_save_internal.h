@@ -118,8 +118,8 @@ void ng_gltf_save_others(struct gltf_saver *s, const struct gltf_saved *p, struc
 void ng_gltf_save_name(struct gltf_saver *s, const struct gltf_saved *p, struct cJSON *json);
 // The bit of a field.
 uint64_t ng_gltf_field_bit(const struct gltf_saver *s, ng_component component, const char *name);
-// Scales a vector a little, so that loading, which makes it of unit length (or sum), gives this one again.
-// False if no scale does; `out` is then the vector itself.
+// Scales a vector of at most 8 numbers a little, so that loading, which makes it of unit length (or sum),
+// gives this one again. False if no scale does; `out` is then the vector itself.
 bool ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, const float *value, float *out);
 
 // ---- gltf_save_image.c, gltf_save_material.c -------------------------------------------------------------

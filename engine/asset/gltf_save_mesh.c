@@ -143,6 +143,39 @@ static void put_influences(struct gltf_saver *s, cJSON *attributes, const struct
     free(weights);
 }
 
+static void normalize_eight(float *w)
+{
+    float sum = 0;
+    for (int i = 0; i < 8; i++)
+        sum += w[i];
+    for (int i = 0; i < 8; i++)
+        w[i] /= sum;
+}
+
+// The weights of both sets, side by side, are made of sum 1 together.
+static void put_eight_influences(struct gltf_saver *s, cJSON *attributes, const struct ng_geometry *g)
+{
+    size_t n = g->vertex_count;
+    float *is = malloc(n * 32 + 1), *before = malloc(n * 32 + 1), *set = malloc(n * 16 + 1);
+    s->w.failed |= !is || !before || !set;
+    put_words(s, attributes, "JOINTS_0", g->joints, g->vertex_count, true);
+    put_words(s, attributes, "JOINTS_1", g->joints1, g->vertex_count, true);
+    for (size_t i = 0; !s->w.failed && i < n; i++) {
+        memcpy(is + i * 8, g->weights + i * 4, 16);
+        memcpy(is + i * 8 + 4, g->weights1 + i * 4, 16);
+    }
+    if (!s->w.failed)
+        normalizable(is, g->vertex_count, 8, 8, normalize_eight, before);
+    for (int k = 0; !s->w.failed && k < 2; k++) {
+        for (size_t i = 0; i < n; i++)
+            memcpy(set + i * 4, before + i * 8 + k * 4, 16);
+        put_vertices(s, attributes, k ? "WEIGHTS_1" : "WEIGHTS_0", set, g->vertex_count, 4);
+    }
+    free(is);
+    free(before);
+    free(set);
+}
+
 // What a target adds, [vertex_count][3], from the vertices that it moves.
 static void put_deltas(struct gltf_saver *s, cJSON *target, const char *key, const struct ng_geometry *g,
                        uint32_t t, const float *deltas)
@@ -189,7 +222,9 @@ static void put_geometry(struct gltf_saver *s, cJSON *primitive, const struct ng
         put_vertices(s, attributes, "TEXCOORD_1", g->uvs1, n, 2);
     if (g->colors)
         ng_gltf_json_bool(w, put_words(s, attributes, "COLOR_0", g->colors, n, false), "normalized", true);
-    if (g->joints)
+    if (g->joints1)
+        put_eight_influences(s, attributes, g);
+    else if (g->joints)
         put_influences(s, attributes, g);
     put_targets(s, primitive, g);
     ng_gltf_json_number(w, primitive, "indices",

@@ -93,6 +93,15 @@ struct box {
     float low[3], high[3];
 };
 
+static void see_joints(const uint16_t *joints, const float *weights, uint32_t vertex_count, struct palette *p)
+{
+    for (size_t i = 0; joints && i < (size_t)vertex_count * 4; i++)
+        if (weights[i] > 0 && !p->seen[joints[i]]) {
+            p->seen[joints[i]] = true;
+            p->list[p->count++] = joints[i];
+        }
+}
+
 static void find_joints(const struct ng_geometry *g, struct palette *p)
 {
     for (uint32_t i = 0; i < p->count; i++) {
@@ -100,11 +109,8 @@ static void find_joints(const struct ng_geometry *g, struct palette *p)
         p->matrices[p->list[i]] = (struct ng_joint_matrix){0};
     }
     p->count = 0;
-    for (size_t i = 0; g->joints && i < (size_t)g->vertex_count * 4; i++)
-        if (g->weights[i] > 0 && !p->seen[g->joints[i]]) {
-            p->seen[g->joints[i]] = true;
-            p->list[p->count++] = g->joints[i];
-        }
+    see_joints(g->joints, g->weights, g->vertex_count, p);
+    see_joints(g->joints1, g->weights1, g->vertex_count, p);
 }
 
 static void pose_joints(const struct gltf_loader *l, int index, const matrix *world, struct palette *p)
@@ -130,6 +136,8 @@ static ng_result box_skinned(const struct gltf_loader *l, const struct ng_geomet
                                                     .palette = palette->matrices,
                                                     .joints = g->joints,
                                                     .weights = g->weights,
+                                                    .joints1 = g->joints1,
+                                                    .weights1 = g->weights1,
                                                     .positions = g->positions,
                                                     .out_positions = points});
     for (size_t v = 0; v < g->vertex_count; v++) {

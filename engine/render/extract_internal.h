@@ -27,11 +27,13 @@ struct ng_shape {
     struct ng_refiner *refiner; // of subdivided shapes; else null
     struct ng_cage made_cage;   // where none is named
     const struct ng_cage *cage;
-    float *memory;         // vertices of refined and of the engine's own shapes
-    float *rest;           // of refined ones: positions at rest, once they differ
-    uint32_t *own_indices; // of the engine's own
-    uint16_t *cage_joints; // of skinned cages: [cage vertex_count][4]
-    float *cage_weights;   // [cage vertex_count][4]
+    float *memory;          // vertices of refined and of the engine's own shapes
+    float *rest;            // of refined ones: positions at rest, once they differ
+    uint32_t *own_indices;  // of the engine's own
+    uint16_t *cage_joints;  // of skinned cages: [cage vertex_count][4]
+    float *cage_weights;    // [cage vertex_count][4]
+    uint16_t *cage_joints1; // four more of each, or null
+    float *cage_weights1;
     // Of cages that morph: what the geometry's targets add to the cage's vertices, as in struct ng_geometry.
     uint32_t *cage_target_ends, *cage_delta_vertices;
     float *cage_deltas;

@@ -26,6 +26,8 @@ static void free_shape(struct ng_shape **shape)
     free(s->own_indices);
     free(s->cage_joints);
     free(s->cage_weights);
+    free(s->cage_joints1);
+    free(s->cage_weights1);
     free(s->cage_target_ends);
     free(s->cage_delta_vertices);
     free(s->cage_deltas);
@@ -178,24 +180,31 @@ static void borrow_geometry(struct ng_shape *s)
 }
 
 // Joints and weights of a cage's vertices, through its vertex map.
-static ng_result map_cage_joints(struct ng_shape *s)
+static ng_result map_cage_set(const struct ng_shape *s, const uint16_t *joints, const float *weights,
+                              uint16_t **out_joints, float **out_weights)
 {
-    const struct ng_geometry *g = s->source;
-    if (!g->joints || !g->weights || !s->cage->vertex_map)
-        return NG_OK;
     size_t n = s->cage->vertex_count;
-    s->cage_joints = calloc(n, 4 * sizeof *s->cage_joints);
-    s->cage_weights = calloc(n, 4 * sizeof *s->cage_weights);
-    if (!s->cage_joints || !s->cage_weights)
+    if (!joints || !weights || !s->cage->vertex_map)
+        return NG_OK;
+    *out_joints = calloc(n, 4 * sizeof **out_joints);
+    *out_weights = calloc(n, 4 * sizeof **out_weights);
+    if (!*out_joints || !*out_weights)
         return ng_out_of_memory("the frame's scene");
     for (size_t i = 0; i < n; i++) {
         size_t from = s->cage->vertex_map[i];
-        if (from >= g->vertex_count)
+        if (from >= s->source->vertex_count)
             continue;
-        memcpy(s->cage_joints + i * 4, g->joints + from * 4, 4 * sizeof *g->joints);
-        memcpy(s->cage_weights + i * 4, g->weights + from * 4, 4 * sizeof *g->weights);
+        memcpy(*out_joints + i * 4, joints + from * 4, 4 * sizeof *joints);
+        memcpy(*out_weights + i * 4, weights + from * 4, 4 * sizeof *weights);
     }
     return NG_OK;
+}
+
+static ng_result map_cage_joints(struct ng_shape *s)
+{
+    const struct ng_geometry *g = s->source;
+    NG_TRY(map_cage_set(s, g->joints, g->weights, &s->cage_joints, &s->cage_weights));
+    return map_cage_set(s, g->joints1, g->weights1, &s->cage_joints1, &s->cage_weights1);
 }
 
 // The vertices of a cage at each vertex of the geometry: `next` leads from one to the others; 0: no more,
@@ -341,6 +350,8 @@ static uint32_t joints_needed(const struct ng_geometry *g)
     uint32_t needed = 0;
     for (size_t i = 0; g->joints && i < (size_t)g->vertex_count * 4; i++)
         needed = g->joints[i] >= needed ? g->joints[i] + 1u : needed;
+    for (size_t i = 0; g->joints1 && i < (size_t)g->vertex_count * 4; i++)
+        needed = g->joints1[i] >= needed ? g->joints1[i] + 1u : needed;
     return needed;
 }
 

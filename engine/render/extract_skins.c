@@ -245,6 +245,8 @@ static struct ng_skin_params skin_params(struct ng_piece *piece)
         p.vertex_count = piece->shape->cage->vertex_count;
         p.joints = piece->shape->cage_joints;
         p.weights = piece->shape->cage_weights;
+        p.joints1 = piece->shape->cage_joints1;
+        p.weights1 = piece->shape->cage_weights1;
         p.positions = s->morphed ? s->morphed : piece->shape->cage->positions;
         p.out_positions = s->cage;
         return p;
@@ -252,6 +254,8 @@ static struct ng_skin_params skin_params(struct ng_piece *piece)
     size_t n = p.vertex_count = g->vertex_count;
     p.joints = g->joints;
     p.weights = g->weights;
+    p.joints1 = g->joints1;
+    p.weights1 = g->weights1;
     p.positions = s->morphed ? s->morphed : g->positions;
     p.normals = s->morphed ? s->morphed + n * 3 : g->normals;
     p.tangents = s->morphed ? s->morphed + n * 6 : g->tangents;

@@ -260,6 +260,32 @@ static void reference_normal(double m[3][4], const float n[3], double out[3])
         out[r] /= sqrt(length);
 }
 
+// Four influences, two in each set, move as four in one.
+static void test_two_sets_of_influences(void **state)
+{
+    (void)state;
+    static struct character c;
+    static uint16_t joints[2][MAX_VERTICES][4];
+    static float weights[2][MAX_VERTICES][4], expected[MAX_VERTICES][3];
+    make_character(&c, false);
+    struct ng_skin_params p = params_of(&c, MAX_VERTICES);
+    ng_skin_vertices(NULL, &p);
+    memcpy(expected, c.out_positions, sizeof expected);
+    for (int i = 0; i < MAX_VERTICES; i++)
+        for (int k = 0; k < 4; k++) {
+            joints[k / 2][i][k] = c.joints[i][k];
+            weights[k / 2][i][k] = c.weights[i][k];
+        }
+    p.joints = joints[0][0];
+    p.weights = weights[0][0];
+    p.joints1 = joints[1][0];
+    p.weights1 = weights[1][0];
+    ng_skin_vertices(NULL, &p);
+    for (int i = 0; i < MAX_VERTICES; i++)
+        for (int k = 0; k < 3; k++)
+            NEAR(c.out_positions[i][k], expected[i][k], 1e-6);
+}
+
 static void test_skinning_equals_the_reference(void **state)
 {
     (void)state;
@@ -342,6 +368,7 @@ int main(void)
         cmocka_unit_test(test_blending),
         cmocka_unit_test(test_blending_rotations),
         cmocka_unit_test(test_skinning_equals_the_reference),
+        cmocka_unit_test(test_two_sets_of_influences),
         cmocka_unit_test(test_skinning_does_not_depend_on_threads_or_batches),
         cmocka_unit_test(test_skinning_positions_only),
     };

@@ -278,7 +278,18 @@ static void load_influences(struct loaded *l, const float weights[2][12], const 
     assert_int_equal(l->log.warnings + l->log.errors, 0);
 }
 
-static void test_of_eight_influences_the_strongest_count(void **state)
+// How much a joint moves a vertex.
+static float influence(const struct ng_geometry *g, size_t vertex, size_t joint)
+{
+    float sum = 0;
+    for (size_t k = vertex * 4; k < vertex * 4 + 4; k++) {
+        sum += g->joints[k] == joint ? g->weights[k] : 0;
+        sum += g->joints1 && g->joints1[k] == joint ? g->weights1[k] : 0;
+    }
+    return sum;
+}
+
+static void test_all_eight_influences_count(void **state)
 {
     NG_UNUSED(state);
     // The first vertex has five joints, the second two of which one is listed six times, the third one alone.
@@ -286,21 +297,55 @@ static void test_of_eight_influences_the_strongest_count(void **state)
                                          {0.5f, 0, 0, 0, 0.1f, 0.1f, 0.4f, 0, 0, 1, 0, 0}};
     static const uint8_t joints[2][12] = {{1, 2, 3, 4, 7, 7, 7, 7, 0, 0, 0, 0},
                                           {5, 9, 9, 9, 7, 7, 8, 0, 0, 6, 0, 0}};
-    static const uint16_t expected_joints[12] = {1, 3, 4, 5, 7, 8, 0, 0, 6, 0, 0, 0};
-    static const float expected[12] = {
-        0.1f / 0.95f, 0.2f / 0.95f, 0.15f / 0.95f, 0.5f / 0.95f, 0.6f, 0.4f, 0, 0, 1, 0, 0, 0};
+    static const float expected[3][10] = {
+        {0, 0.1f, 0.05f, 0.2f, 0.15f, 0.5f}, {0, 0, 0, 0, 0, 0, 0, 0.6f, 0.4f}, {0, 0, 0, 0, 0, 0, 1}};
     struct loaded l;
     load_influences(&l, weights, joints);
     const struct ng_geometry *g = first_geometry(&l);
+    assert_true(g->joints1 && g->weights1);
     for (size_t vertex = 0; vertex < 3; vertex++)
-        for (size_t joint = 0; joint < 10; joint++) {
-            float sum = 0, wanted = 0;
-            for (size_t k = 0; k < 4; k++) {
-                sum += g->joints[vertex * 4 + k] == joint ? g->weights[vertex * 4 + k] : 0;
-                wanted += expected_joints[vertex * 4 + k] == joint ? expected[vertex * 4 + k] : 0;
-            }
-            assert_float_equal(sum, wanted, 1e-6);
-        }
+        for (size_t joint = 0; joint < 10; joint++)
+            assert_float_equal(influence(g, vertex, joint), expected[vertex][joint], 1e-6);
+    finish(&l);
+}
+
+static void test_eight_influences_are_saved(void **state)
+{
+    NG_UNUSED(state);
+    static const float weights[2][12] = {{0.1f, 0.05f, 0.2f, 0.15f, 0.3f, 0.3f, 0.3f, 0.1f, 1, 0, 0, 0},
+                                         {0.5f, 0, 0, 0, 0.1f, 0.7f, 0.4f, 0.3f, 0, 1, 0, 0}};
+    static const uint8_t joints[2][12] = {{1, 2, 3, 4, 7, 6, 5, 4, 0, 0, 0, 0},
+                                          {5, 9, 9, 9, 0, 1, 2, 3, 0, 6}};
+    struct loaded l, again;
+    char path[512];
+    load_influences(&l, weights, joints);
+    test_path(path, sizeof path, "eight.glb");
+    const struct ng_gltf_save_params params = {l.world, l.assets, l.scene.root, NULL};
+    assert_int_equal(ng_gltf_save(path, &params), NG_OK);
+    assert_int_equal(load(&again, path), NG_OK);
+    const struct ng_geometry *g = first_geometry(&l), *h = first_geometry(&again);
+    assert_true(h->joints1 && h->vertex_count == g->vertex_count);
+    assert_memory_equal(h->weights, g->weights, g->vertex_count * 16);
+    assert_memory_equal(h->weights1, g->weights1, g->vertex_count * 16);
+    assert_memory_equal(h->joints1, g->joints1, g->vertex_count * 8);
+    finish(&l);
+    finish(&again);
+}
+
+// A second set costs time each frame: it is there only where a vertex has more than four joints.
+static void test_few_influences_are_one_set(void **state)
+{
+    NG_UNUSED(state);
+    static const float weights[2][12] = {{0.25f, 0, 0.25f, 0, 0, 0, 0, 0, 1, 0, 0, 0},
+                                         {0.25f, 0.25f, 0, 0, 1}};
+    static const uint8_t joints[2][12] = {{1, 9, 3, 9}, {4, 1, 8, 8, 2}};
+    struct loaded l;
+    load_influences(&l, weights, joints);
+    const struct ng_geometry *g = first_geometry(&l);
+    assert_true(!g->joints1 && !g->weights1);
+    assert_float_equal(influence(g, 0, 1), 0.5f, 1e-6);
+    assert_float_equal(influence(g, 0, 4), 0.25f, 1e-6);
+    assert_float_equal(influence(g, 1, 2), 1, 1e-6);
     finish(&l);
 }
 
@@ -628,7 +673,9 @@ int main(void)
         cmocka_unit_test(test_split_vertices_keep_their_attributes),
         cmocka_unit_test(test_tangents_follow_the_normal_map),
         cmocka_unit_test(test_quantized_vertices),
-        cmocka_unit_test(test_of_eight_influences_the_strongest_count),
+        cmocka_unit_test(test_all_eight_influences_count),
+        cmocka_unit_test(test_few_influences_are_one_set),
+        cmocka_unit_test(test_eight_influences_are_saved),
         cmocka_unit_test(test_copies_of_a_mesh),
         cmocka_unit_test(test_copies_that_cannot_be),
         cmocka_unit_test(test_morph_targets),
