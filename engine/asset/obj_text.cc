@@ -262,17 +262,6 @@ std::string plain_line(std::string line)
     return line;
 }
 
-std::string plain_materials(const char *text, size_t size)
-{
-    std::string out;
-    for (const char *at = text + bom(text, size), *end = text + size; at != end;) {
-        const char *stop = std::find(at, end, '\n');
-        out += plain_line(std::string(at, stop)) + "\n";
-        at = stop == end ? end : stop + 1;
-    }
-    return out;
-}
-
 obj_map map_of(const std::string &name, const tinyobj::texture_option_t &o)
 {
     return {name.c_str(),
@@ -319,6 +308,47 @@ obj_material material_of(const tinyobj::material_t &m)
     return out;
 }
 
+// Some materials at a time: the library takes a hundred times the bytes that one may have in the file.
+class Materials
+{
+  public:
+    Materials(const char *text, size_t size) : at(text + bom(text, size)), end(text + size)
+    {
+    }
+    // The lines of the next; none at the end.
+    std::string next()
+    {
+        constexpr size_t most = 256;
+        std::string out;
+        for (size_t count = 0; at != end;) {
+            const char *stop = std::find(at, end, '\n');
+            const std::string line = plain_line(std::string(at, stop));
+            count += line.compare(0, 6, "newmtl") == 0;
+            if (count > most)
+                break;
+            out += line + "\n";
+            at = stop == end ? end : stop + 1;
+        }
+        return out;
+    }
+
+  private:
+    const char *at, *const end;
+};
+
+void read_materials(const std::string &lines, void (*each)(void *user, const obj_material *m), void *user)
+{
+    std::istringstream in(lines);
+    std::map<std::string, int> names;
+    std::vector<tinyobj::material_t> materials;
+    std::string warnings, errors;
+    tinyobj::LoadMtl(&names, &materials, &in, &warnings, &errors);
+    for (const tinyobj::material_t &m : materials) {
+        obj_material out = material_of(m);
+        each(user, &out);
+    }
+}
+
 } // namespace
 
 ng_result ng_obj_lines(const char *path, const char *text, size_t size, const obj_events *events)
@@ -337,15 +367,9 @@ ng_result ng_obj_materials(const char *path, const char *text, size_t size,
                            void (*each)(void *user, const obj_material *m), void *user)
 {
     try {
-        std::istringstream in(plain_materials(text, size));
-        std::map<std::string, int> names;
-        std::vector<tinyobj::material_t> materials;
-        std::string warnings, errors;
-        tinyobj::LoadMtl(&names, &materials, &in, &warnings, &errors);
-        for (const tinyobj::material_t &m : materials) {
-            obj_material out = material_of(m);
-            each(user, &out);
-        }
+        Materials materials(text, size);
+        for (std::string lines; !(lines = materials.next()).empty();)
+            read_materials(lines, each, user);
         return NG_OK;
     } catch (const std::exception &) {
         return ng_out_of_memory(path);

@@ -21,6 +21,9 @@ static bool same(const double a[2], const double b[2])
 static bool is_ear(const struct ring *r, uint32_t b)
 {
     const double *pa = r->points[r->prev[b]], *pb = r->points[b], *pc = r->points[r->next[b]];
+    if (*r->work == 0)
+        return true;
+    --*r->work;
     if (!(turn(pa, pb, pc) > 0))
         return false;
     for (uint32_t i = r->next[r->next[b]]; i != r->prev[b]; i = r->next[i]) {

@@ -294,6 +294,30 @@ static void test_libraries(void **state)
     }
 }
 
+// More than the library is given at a time.
+static void test_many_materials(void **state)
+{
+    NG_UNUSED(state);
+    enum { COUNT = 1000 };
+    struct loaded l;
+    char *text = malloc(COUNT * 64), *at = text;
+    assert_non_null(text);
+    for (int i = 0; i < COUNT; i++)
+        at += sprintf(at, "newmtl m%d\r\nPr %g\r\nKd 1 1 1\r\n", i, (double)(i + 1) / COUNT);
+    put_file("many.mtl", text, (size_t)(at - text), NULL);
+    at = text + sprintf(text, "mtllib many.mtl\n" TRIANGLE);
+    for (int i = 0; i < COUNT; i += 111)
+        at += sprintf(at, "usemtl m%d\nf 1 2 3\n", i);
+    load_warned(&l, text, NULL);
+    for (int i = 0; i < COUNT; i += 111) {
+        char name[16];
+        snprintf(name, sizeof name, "m%d", i);
+        assert_float_equal(material_of(&l, name)->roughness, (float)(i + 1) / COUNT, 1e-6);
+    }
+    free(text);
+    finish(&l);
+}
+
 static const unsigned char *texel_of(const struct loaded *l, ng_asset image, uint32_t x, uint32_t y)
 {
     const struct ng_image *i = ng_assets_image(l->assets, image);
@@ -443,6 +467,12 @@ static void test_limits(void **state)
         at += sprintf(at, " %d", i);
     load(&l, text);
     assert_int_equal(l.scene.triangle_count, CORNERS - 2);
+    finish(&l);
+    // One without area, too.
+    at = text + sprintf(text, TRIANGLE "f");
+    for (int i = 0; i < CORNERS * 10; i++)
+        at += sprintf(at, " %d", i % 3 + 1);
+    load(&l, text);
     free(text);
     finish(&l);
 }
@@ -476,23 +506,15 @@ static void test_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parts),
-        cmocka_unit_test(test_attributes),
-        cmocka_unit_test(test_lines),
-        cmocka_unit_test(test_made_normals),
-        cmocka_unit_test(test_bad_normals),
-        cmocka_unit_test(test_polygons),
-        cmocka_unit_test(test_materials),
-        cmocka_unit_test(test_textures),
-        cmocka_unit_test(test_map_options),
-        cmocka_unit_test(test_libraries),
-        cmocka_unit_test(test_bumps),
-        cmocka_unit_test(test_faults),
-        cmocka_unit_test(test_texture_faults),
-        cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_cut),
-        cmocka_unit_test(test_limits),
-        cmocka_unit_test(test_files),
+        cmocka_unit_test(test_parts),          cmocka_unit_test(test_attributes),
+        cmocka_unit_test(test_lines),          cmocka_unit_test(test_made_normals),
+        cmocka_unit_test(test_bad_normals),    cmocka_unit_test(test_polygons),
+        cmocka_unit_test(test_materials),      cmocka_unit_test(test_textures),
+        cmocka_unit_test(test_map_options),    cmocka_unit_test(test_libraries),
+        cmocka_unit_test(test_many_materials), cmocka_unit_test(test_bumps),
+        cmocka_unit_test(test_faults),         cmocka_unit_test(test_texture_faults),
+        cmocka_unit_test(test_refused),        cmocka_unit_test(test_cut),
+        cmocka_unit_test(test_limits),         cmocka_unit_test(test_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
