@@ -864,8 +864,8 @@ ALWAYS void add_neighbour(const struct lf_neighbourhood *n, const struct own *ow
         float x = n->position[0][other] - n->position[0][i], y = n->position[1][other] - n->position[1][i],
               z = n->position[2][other] - n->position[2][i];
         float height = dot(x, y, z, nx, ny, nz) * own->per_grain[i];
-        float weight =
-            n->weight[other] * window * n->mask[other] * lf_likeness(height, dot(mx, my, mz, nx, ny, nz));
+        float weight = n->weight[other] * window * n->mask[other] *
+                       lf_bilateral_falloff(height, dot(mx, my, mz, nx, ny, nz));
         if (specular) { // a narrow lobe has an answer of its own, known to those that look the same way
             float dx = nx - mx, dy = ny - my, dz = nz - mz;
             float overlap = lobe_overlap(own->narrowness[i], dot(dx, dy, dz, dx, dy, dz));

@@ -99,7 +99,7 @@ struct lf_neighbour_rays {
 // How much a pixel says of another one, by its height over the other's plane, in grains, and the cosine
 // between normals. Steep: light that falls on another pixel is right here only as far as normal and plane are
 // the same. Rays of reflections are shared more freely (kernels.c, ray_weight).
-static inline float lf_likeness(float height, float cosine)
+static inline float lf_bilateral_falloff(float height, float cosine)
 {
     float square = cosine > 0 ? cosine * cosine : 0, fourth = square * square;
     return fourth * fourth / (1 + height * height * height * height);

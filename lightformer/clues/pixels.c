@@ -194,7 +194,7 @@ float lf_bilateral_weight(const struct lf_pixel_clues *p, size_t pixel, size_t o
         height += (p->position[c][other] - p->position[c][pixel]) * p->normal[c][pixel];
         cosine += p->normal[c][other] * p->normal[c][pixel];
     }
-    return p->mask[other] * lf_likeness(height / lf_plane_grain(p->distance[pixel]), cosine);
+    return p->mask[other] * lf_bilateral_falloff(height / lf_plane_grain(p->distance[pixel]), cosine);
 }
 
 static void tap_grid(struct lf_pixel_clues *p, uint32_t x, uint32_t y)
