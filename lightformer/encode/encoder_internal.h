@@ -58,7 +58,7 @@ struct lf_encoder_inputs {
 
 // Camera, and everything that it or a ray of a reflection may meet: all but lamps.
 uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_frame_info *frame);
-// The emitter but for its power, and everything inside of its views.
+// The emitter, but for its power where rays look, and everything inside of its views.
 uint64_t lf_encoder_rsm_key(const struct lf_encoder *self, const struct ng_frame_info *frame,
                             const struct lf_active_light *light);
 // Of networks that know the power itself (`paper`) more depends on it than the gather.

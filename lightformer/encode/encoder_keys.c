@@ -55,6 +55,9 @@ uint64_t lf_encoder_rsm_key(const struct lf_encoder *self, const struct ng_frame
     // Buffers belong to a name, and what they refer to belongs to a light.
     uint64_t key = ng_key_add_bytes(NG_KEY, light->kept->type->name, strlen(light->kept->type->name));
     key = ng_key_add(ng_key_add(key, unit.entity.id), unit.unit_version);
+    if (self->params.rsm ==
+        LF_RSM_MAPS) // where flux is that of the light as it is, and is divided by its power
+        key = ng_key_add(key, unit.version);
     const float space[] = {s->scene_radius, s->scene_center[0], s->scene_center[1], s->scene_center[2],
                            s->place_size};
     key = ng_key_add_bytes(key, space, sizeof space);

@@ -308,7 +308,7 @@ void lf_read_pixels(struct ng_pass *pass, const struct lf_pixel_buffers *buffers
         read(pass, buffers->parts[i]);
 }
 
-// The key of the pass says what of the maps matters: not how bright the light is.
+// The key of the pass says what of the maps matters.
 static void read_maps(const struct declaration *d, struct ng_pass *pass)
 {
     const struct ng_light_maps *maps = d->light->maps;
