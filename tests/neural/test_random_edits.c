@@ -3,7 +3,7 @@
 // that they show has changed, the path tracer does not begin anew, and nothing is encoded again. Some frames
 // of those who remember are given up in the middle, as when somebody goes on editing.
 //
-// Arguments: nothing, or [steps a scene [first seed [scene]]].
+// Arguments: nothing, or [steps a scene [first seed [scene [steps a walk, 0: all of them]]]].
 #include "neural_test.h"
 
 #include "base/hash.h"
@@ -15,16 +15,14 @@
 #include "render/extract.h"
 #include "scene/system.h"
 
-enum {
-    RUN = 24,  // steps after which a scene is loaded anew, since edits wear it out
-    EDITS = 3, // in a step, at most
-};
+enum { EDITS = 3 }; // in a step, at most
 
 static uint32_t given_up; // frames
 // Arguments.
 static uint32_t steps = 24;
 static uint64_t first_seed = 1;
 static const char *only = "";
+static uint32_t run = 24; // steps after which a scene is loaded anew, since edits wear it out
 
 // ---- Those who draw --------------------------------------------------------------------------------------
 
@@ -346,14 +344,14 @@ static void what_is_remembered_is_what_is_there(void **state)
     ng_log_set_sink(ignore, NULL);
     test_path(w.room.weights, sizeof w.room.weights, "test.weights.safetensors");
     w.room.gpu = gpu_test_begin();
-    for (uint32_t done = 0; done < steps; done += RUN) {
-        uint64_t seed = first_seed + done / RUN;
+    for (uint32_t done = 0; done < steps; done += run) {
+        uint64_t seed = first_seed + done / run;
         if (seed % 4) // a network that knows the powers depends on them in more places
             network_write_random(w.room.weights, seed);
         else
             network_write_absolute(w.room.weights, seed);
         w.rsm = seed % 3 ? LF_RSM_RAYS : LF_RSM_MAPS;
-        walk(&w, path, seed, steps - done < RUN ? steps - done : RUN);
+        walk(&w, path, seed, steps - done < run ? steps - done : run);
     }
     ng_log_set_sink(NULL, NULL);
     gpu_test_end(w.room.gpu);
@@ -371,6 +369,8 @@ int main(int argc, char **argv)
     steps = argc > 1 ? (uint32_t)strtoul(argv[1], NULL, 10) : steps;
     first_seed = argc > 2 ? strtoul(argv[2], NULL, 10) : first_seed;
     only = argc > 3 ? argv[3] : only;
+    run = argc > 4 ? (uint32_t)strtoul(argv[4], NULL, 10) : run;
+    run = run ? run : steps;
     for (size_t i = 0; i < NG_COUNT(scenes); i++)
         tests[i] = (struct CMUnitTest){.name = scenes[i],
                                        .test_func = what_is_remembered_is_what_is_there,
