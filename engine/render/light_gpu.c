@@ -243,15 +243,17 @@ static void observe_views(const struct ng_snapshot *s, const struct ng_light_pro
     l->depth_view_count = l->rsm_view_count;
 }
 
-void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, float aspect,
-                          float cascade_radius, struct ng_light_gpu *out)
+void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light,
+                          const struct ng_light_source *source, float aspect, float cascade_radius,
+                          struct ng_light_gpu *out)
 {
-    const struct ng_light_source *source = &snapshot->lights[light].source;
     struct ng_light_data *d = &out->data;
+    struct ng_light_source unit;
     struct ng_light_proxy proxy;
     *out = (struct ng_light_gpu){0};
     observe_vpls(source, out);
-    ng_light_proxy_of(source, &proxy);
+    ng_light_unit(source, &unit); // where the proxy is follows from radiances, but not to the last bit
+    ng_light_proxy_of(&unit, &proxy);
     if (source->type->surface) // past other lamps in its place
         glm_vec3_muladds(proxy.direction, snapshot->place_size, proxy.position);
     copy3(d->proxy, proxy.position);

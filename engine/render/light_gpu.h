@@ -26,9 +26,11 @@ struct ng_light_gpu {
 };
 
 // Observes a light. A scene wider than `cascade_radius` makes orthographic lights follow the camera with four
-// cascades; the RSM's views never follow it.
-void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light, float aspect,
-                          float cascade_radius, struct ng_light_gpu *out);
+// cascades; the RSM's views never follow it. `source`: the light as it shines, or as ng_light_unit makes it;
+// views, proxy and axes are the same.
+void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light,
+                          const struct ng_light_source *source, float aspect, float cascade_radius,
+                          struct ng_light_gpu *out);
 // Texel-snaps the cascades and tells the shaders the size of the depth map.
 void ng_light_gpu_set_face_size(struct ng_light_gpu *light, uint32_t face_size);
 // Of a sky: how the scene looks from where a VPL shines.

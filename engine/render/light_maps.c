@@ -421,8 +421,8 @@ static ng_result observe_lights(struct ng_light_maps_provider *self, const struc
         if (!(s->lights[i].power > 0))
             continue;
         struct observed *o = &self->lights.items[count];
-        ng_light_gpu_observe(s, i, (float)frame->width / (float)frame->height, self->params.cascade_radius,
-                             &o->gpu);
+        ng_light_gpu_observe(s, i, &s->lights[i].source, (float)frame->width / (float)frame->height,
+                             self->params.cascade_radius, &o->gpu);
         if (!o->gpu.depth_view_count || !o->gpu.data.vpl_count)
             continue;
         NG_TRY(name_light(self, count, s->lights[i].name));

@@ -184,20 +184,16 @@ ng_result lf_clues_pixels(const struct lf_clues_scene *scene, const struct lf_cl
 
 // ---- a light ---------------------------------------------------------------------------------------------
 
-// Its views as the renderer has them, at unit brightness: a snapshot of this light alone.
-static void find_views(const struct ng_snapshot *snapshot, struct lf_light_clues *out)
+static void find_views(const struct ng_snapshot *snapshot, const struct ng_light_gpu *observed,
+                       struct lf_light_clues *out)
 {
-    struct ng_snapshot_light light = snapshot->lights[out->light];
-    struct ng_snapshot alone = *snapshot;
-    struct ng_light_gpu gpu;
-    light.source = out->unit;
-    alone.lights = &light;
-    alone.light_count = 1;
-    ng_light_gpu_observe(&alone, 0, 1, INFINITY, &gpu);
-    out->data = gpu.data;
-    out->data.index = out->light;
-    out->view_count = gpu.rsm_view_count;
-    memcpy(out->views, gpu.rsm_views, sizeof out->views);
+    struct ng_light_gpu own;
+    if (!observed)
+        ng_light_gpu_observe(snapshot, out->light, &out->unit, 1, INFINITY, &own);
+    const struct ng_light_gpu *gpu = observed ? observed : &own;
+    out->data = gpu->data;
+    out->view_count = gpu->rsm_view_count;
+    memcpy(out->views, gpu->rsm_views, sizeof out->views);
 }
 
 static ng_result find_vpls(uint32_t count, struct lf_light_clues *out)
@@ -257,7 +253,7 @@ ng_result lf_clues_light(const struct lf_clues_scene *scene, uint32_t light,
     memset(&out->values, 0, sizeof out->values);
     ng_light_unit(&snapshot->lights[light].source, &out->unit);
     out->phi = ng_light_power(&out->unit);
-    find_views(snapshot, out);
+    find_views(snapshot, params ? params->observed : NULL, out);
     const float *proxy = out->data.proxy;
     out->skin = ng_light_skin(out->space.radius, proxy[0], proxy[1], proxy[2]) + snapshot->place_size;
     NG_TRY(lf_memory_begin(&out->memory[LF_LIGHT_RSM], lf_clues_rsm_bytes(count, out->view_count),

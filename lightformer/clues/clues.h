@@ -27,6 +27,7 @@
 NG_EXTERN_C_BEGIN
 
 struct lf_tracer;
+struct ng_light_gpu;
 struct ng_jobs;
 struct ng_snapshot;
 
@@ -85,7 +86,8 @@ NG_NODISCARD ng_result lf_clues_pixels(const struct lf_clues_scene *scene,
 
 // How a light's surroundings are found.
 struct lf_clues_light_params {
-    uint32_t vpl_count; // of direct VPLs; 0: LF_VPL_COUNT. Lights without extent have one
+    uint32_t vpl_count;                  // of direct VPLs; 0: LF_VPL_COUNT. Lights without extent have one
+    const struct ng_light_gpu *observed; // the light as the renderer has observed it; null: it is observed
     // The light's rasterized maps, as read back, instead of rays; null: rays. `maps` is used by
     // lf_clues_view as well and has to stay until then.
     const struct lf_captured_light *maps;

@@ -29,10 +29,11 @@ uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_fr
 
 // What rays into a view may meet. Those of a perspective begin at the light, not at its near plane.
 static uint64_t key_of_view(const struct lf_encoder *self, const struct ng_frame_info *frame,
-                            const struct ng_light_gpu *l, uint32_t view, uint32_t light)
+                            const struct ng_light_gpu *l, uint32_t view)
 {
     // A texel of a map may look past the edge; rays pass lamps that are beside the light.
-    struct ng_seen_params params = {.skip_light = light, .not_beside = self->params.rsm != LF_RSM_MAPS};
+    struct ng_seen_params params = {.skip_light = l->data.index,
+                                    .not_beside = self->params.rsm != LF_RSM_MAPS};
     memcpy(params.view_projection, l->rsm_views[view].view_projection, sizeof params.view_projection);
     if (!l->data.window_count)
         params.view_projection[14] = 0; // the near plane's distance
@@ -43,26 +44,19 @@ uint64_t lf_encoder_rsm_key(const struct lf_encoder *self, const struct ng_frame
                             const struct lf_active_light *light)
 {
     const struct ng_snapshot *s = frame->snapshot;
-    uint32_t index = light->maps->light;
-    struct ng_snapshot_light unit = s->lights[index];
-    ng_light_unit(&s->lights[index].source, &unit.source);
-    struct ng_snapshot alone = *s;
-    alone.lights = &unit;
-    alone.light_count = 1;
-    struct ng_light_gpu views;
-    ng_light_gpu_observe(&alone, 0, 1, INFINITY, &views);
+    const struct ng_snapshot_light *l = &s->lights[light->maps->light];
+    const struct ng_light_gpu *views = light->maps->gpu;
 
     // Buffers belong to a name, and what they refer to belongs to a light.
     uint64_t key = ng_key_add_bytes(NG_KEY, light->kept->type->name, strlen(light->kept->type->name));
-    key = ng_key_add(ng_key_add(key, unit.entity.id), unit.unit_version);
-    if (self->params.rsm ==
-        LF_RSM_MAPS) // where flux is that of the light as it is, and is divided by its power
-        key = ng_key_add(key, unit.version);
+    key = ng_key_add(ng_key_add(key, l->entity.id), l->unit_version);
+    if (self->params.rsm == LF_RSM_MAPS) // their flux is that of the light as it is, divided by its power
+        key = ng_key_add(key, l->version);
     const float space[] = {s->scene_radius, s->scene_center[0], s->scene_center[1], s->scene_center[2],
                            s->place_size};
     key = ng_key_add_bytes(key, space, sizeof space);
-    for (uint32_t v = 0; v < views.rsm_view_count; v++)
-        key = ng_key_add(key, key_of_view(self, frame, &views, v, index));
+    for (uint32_t v = 0; v < views->rsm_view_count; v++)
+        key = ng_key_add(key, key_of_view(self, frame, views, v));
     return key;
 }
 

@@ -126,7 +126,7 @@ static ng_result find_light_clues(const struct ng_pass_context *ctx)
     const struct lf_encoder_params *p = &d->in.self->params;
     struct lf_clues_scene scene;
     NG_TRY(find_scene(&d->in, &scene));
-    struct lf_clues_light_params params = {.vpl_count = p->vpl_count};
+    struct lf_clues_light_params params = {.vpl_count = p->vpl_count, .observed = d->light.maps->gpu};
     if (p->rsm == LF_RSM_MAPS)
         params.maps = captured_maps(ctx, &d->light);
     d->in.self->counters.rsm++;
