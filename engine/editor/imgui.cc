@@ -175,15 +175,19 @@ bool ng_imgui_button(const char *word)
     return ImGui::Button(word);
 }
 
-void ng_imgui_caption(float x, float y, const char *text)
+float ng_imgui_caption(float x, float y, const char *text)
 {
     const float margin = 3;
-    ImVec2 picture = ImGui::GetIO().DisplaySize, letters = ImGui::CalcTextSize(text);
+    const ImVec2 picture = ImGui::GetIO().DisplaySize;
+    const float edge = (x < 0 ? -x : x) + margin, wide = picture.x - 2 * edge;
+    const float wrap = wide > ImGui::GetFontSize() ? wide : ImGui::GetFontSize();
+    const ImVec2 letters = ImGui::CalcTextSize(text, nullptr, false, wrap);
     ImVec2 size(letters.x + 2 * margin, letters.y + 2 * margin);
     ImVec2 from(x < 0 ? picture.x + x - size.x : x, y < 0 ? picture.y + y - size.y : y);
     ImDrawList *list = ImGui::GetForegroundDrawList();
     list->AddRectFilled(from, ImVec2(from.x + size.x, from.y + size.y), IM_COL32(0, 0, 0, 170));
-    list->AddText(ImVec2(from.x + margin, from.y + margin), IM_COL32_WHITE, text);
+    list->AddText(nullptr, 0, ImVec2(from.x + margin, from.y + margin), IM_COL32_WHITE, text, nullptr, wrap);
+    return size.y;
 }
 
 struct ng_imgui_counts ng_imgui_end(void)

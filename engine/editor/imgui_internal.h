@@ -44,7 +44,7 @@ void ng_imgui_same_line(void);
 bool ng_imgui_choice(const char *group, const char *word, bool chosen);
 bool ng_imgui_slider(const char *name, float *value, float from, float to, const char *format);
 bool ng_imgui_button(const char *word);
-void ng_imgui_caption(float x, float y, const char *text);
+float ng_imgui_caption(float x, float y, const char *text);
 
 // Ends the frame.
 struct ng_imgui_counts ng_imgui_end(void);

@@ -142,7 +142,7 @@ bool ng_ui_button(struct ng_ui *ui, const char *word)
     return ng_imgui_button(word);
 }
 
-void ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...)
+float ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...)
 {
     NG_UNUSED(ui);
     char text[256];
@@ -150,7 +150,7 @@ void ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...)
     va_start(args, fmt);
     vsnprintf(text, sizeof text, fmt, args);
     va_end(args);
-    ng_imgui_caption(x, y, text);
+    return ng_imgui_caption(x, y, text);
 }
 
 // The clip rectangle in whole pixels inside of the picture; false if nothing is left of it.

@@ -60,8 +60,8 @@ bool ng_ui_button(struct ng_ui *ui, const char *word);
 
 // A line of text on a dark ground, over everything and no window's: pointers pass through. (x, y) is its
 // corner that is nearest to the picture's, in pixels from the left, or if negative from the right, and the
-// same for y.
-void ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...) NG_PRINTF(4, 5);
+// same for y. What is too long for the picture takes more lines. Returns its height in pixels.
+float ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...) NG_PRINTF(4, 5);
 
 // Ends the frame and declares the pass "ui" that draws it over `target`; returns the new version.
 // Windows that were begun must have been ended.

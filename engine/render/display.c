@@ -8,6 +8,7 @@
 #include "render/passes.h"
 #include "render/scene_gpu.h"
 
+#include "average.frag.spv.h"
 #include "compose.frag.spv.h"
 #include "tonemap.frag.spv.h"
 
@@ -45,7 +46,7 @@ static const struct shown_layer *find_layer(const char *name)
 
 struct ng_display {
     struct ng_gpu *gpu;
-    struct ng_gpu_pipeline *compose, *tonemap;
+    struct ng_gpu_pipeline *compose, *average, *tonemap;
     struct ng_meter *meter;
 };
 
@@ -63,6 +64,21 @@ static ng_result make_compose(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
                                          .fragment = NG_SPIRV(ng_spv_compose_frag),
                                          .slots = slots,
                                          .slot_count = NG_COUNT(slots),
+                                         .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT},
+                                         .color_count = 1},
+        out);
+}
+
+static ng_result make_average(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
+{
+    static const struct ng_gpu_slot slots[] = {TEXTURE(0)};
+    return ng_fullscreen_create(
+        gpu,
+        &(struct ng_gpu_graphics_params){.name = "average",
+                                         .fragment = NG_SPIRV(ng_spv_average_frag),
+                                         .slots = slots,
+                                         .slot_count = NG_COUNT(slots),
+                                         .push_size = sizeof(int32_t),
                                          .color_formats = {VK_FORMAT_R32G32B32A32_SFLOAT},
                                          .color_count = 1},
         out);
@@ -96,6 +112,8 @@ ng_result ng_display_create(struct ng_gpu *gpu, struct ng_display **out)
     self->gpu = gpu;
     ng_result r = make_compose(gpu, &self->compose);
     if (r == NG_OK)
+        r = make_average(gpu, &self->average);
+    if (r == NG_OK)
         r = make_tonemap(gpu, &self->tonemap);
     if (r == NG_OK)
         r = ng_meter_create(gpu, &self->meter);
@@ -111,6 +129,7 @@ void ng_display_destroy(struct ng_display **display)
     if (!self)
         return;
     ng_gpu_pipeline_destroy(&self->compose);
+    ng_gpu_pipeline_destroy(&self->average);
     ng_gpu_pipeline_destroy(&self->tonemap);
     ng_meter_destroy(&self->meter);
     free(self);
@@ -239,6 +258,60 @@ static struct side make_side(const struct shown_layer *layer, const struct ng_gb
     return (struct side){map, divisor, layer->encoding, complete};
 }
 
+// ---- Means, for a difference of what has noise -----------------------------------------------------------
+
+static uint32_t cell_of(const struct ng_shown *shown)
+{
+    return shown->comparison == NG_COMPARE_DIFFERENCE && shown->cell > 1 ? shown->cell : 1;
+}
+
+struct average_data {
+    const struct ng_display *self;
+    struct ng_graph_ref map;
+    int32_t cell;
+};
+
+static ng_result average(const struct ng_pass_context *ctx)
+{
+    const struct average_data *d = ctx->data;
+    const struct ng_gpu_binding bindings[] = {ng_pass_texture(ctx, d->map, 0)};
+    NG_TRY(ng_cmd_bind(ctx->cmd, d->self->average, bindings, NG_COUNT(bindings)));
+    ng_cmd_push(ctx->cmd, d->self->average, &d->cell, sizeof d->cell);
+    vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
+    return NG_OK;
+}
+
+// Nothing has no mean.
+static struct ng_graph_ref declare_average(const struct ng_display *self, struct ng_composer *composer,
+                                           const char *name, struct ng_graph_ref map, uint32_t cell)
+{
+    struct ng_graph *g = ng_composer_graph(composer);
+    const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
+    if (!map.id)
+        return map;
+    struct ng_graph_ref mean =
+        ng_graph_add_image(g, name,
+                           &(struct ng_graph_image_params){.format = VK_FORMAT_R32G32B32A32_SFLOAT,
+                                                           .width = (frame->width + cell - 1) / cell,
+                                                           .height = (frame->height + cell - 1) / cell});
+    struct average_data data = {self, map, (int32_t)cell};
+    struct ng_pass *pass = ng_graph_add_pass(
+        g,
+        &(struct ng_pass_params){
+            .name = name, .kind = NG_PASS_RASTER, .run = average, .data = &data, .data_size = sizeof data});
+    ng_pass_read(pass, map, NG_USE_SAMPLED);
+    return ng_pass_write(pass, mean, NG_USE_COLOR);
+}
+
+static void average_sides(const struct ng_display *self, struct ng_composer *composer, struct side *left,
+                          struct side *right, uint32_t cell)
+{
+    left->map = declare_average(self, composer, "mean:left", left->map, cell);
+    left->divisor = declare_average(self, composer, "mean:left divisor", left->divisor, cell);
+    right->map = declare_average(self, composer, "mean:right", right->map, cell);
+    right->divisor = declare_average(self, composer, "mean:right divisor", right->divisor, cell);
+}
+
 static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struct ng_composer *composer,
                                             const struct ng_shown *shown, const struct side *left,
                                             const struct side *right, struct ng_graph_ref exposure)
@@ -261,6 +334,7 @@ static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struc
                                           .other_encoding = right->encoding,
                                           .comparison = shown->comparison,
                                           .divider = shown->divider * (float)frame->width,
+                                          .cell = (float)cell_of(shown),
                                           .background = {background[0], background[1], background[2]}}};
     struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "tone map",
                                                                          .kind = NG_PASS_RASTER,
@@ -330,6 +404,8 @@ ng_result ng_display_declare(struct ng_display *self, struct ng_composer *compos
     struct ng_graph_ref exposure = {0};
     if (frame->snapshot->camera.auto_exposure)
         exposure = ng_meter_declare(self->meter, composer, out->radiance, adaptation);
+    if (cell_of(shown) > 1)
+        average_sides(self, composer, &left, &right, cell_of(shown));
     out->color = declare_tone_map(self, composer, shown, &left, &right, exposure);
     return NG_OK;
 }

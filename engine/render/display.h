@@ -23,6 +23,7 @@ struct ng_shown {
     uint32_t comparison;                    // NG_COMPARE_* of shaders/shared/display.h
     const char *other_layer, *other_method; // of the right side; null: those of the left
     float divider;                          // of the split: 0 the left edge to 1 the right edge
+    uint32_t cell; // of the difference: it is of means over so many pixels a side, for sides with noise; 0: 1
 };
 
 struct ng_display_result {

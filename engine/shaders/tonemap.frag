@@ -24,6 +24,17 @@ vec4 fetch(sampler2D map)
     return texelFetch(map, min(ivec2(gl_FragCoord.xy), textureSize(map, 0) - 1), 0);
 }
 
+// Between the texels of a map whose texels are cells of the picture.
+vec4 fetch_mean(sampler2D map)
+{
+    const vec2 last = vec2(textureSize(map, 0) - 1);
+    const vec2 at = clamp(gl_FragCoord.xy / display.cell - 0.5, vec2(0), last);
+    const ivec2 near = ivec2(at), far = min(near + 1, ivec2(last));
+    const vec4 above = mix(texelFetch(map, near, 0), texelFetch(map, ivec2(far.x, near.y), 0), fract(at.x));
+    const vec4 below = mix(texelFetch(map, ivec2(near.x, far.y), 0), texelFetch(map, far, 0), fract(at.x));
+    return mix(above, below, fract(at.y));
+}
+
 // What is shown of a texel, before it is encoded: radiance is exposed.
 vec3 value_of(uint encoding, vec4 texel, vec4 divisor)
 {
@@ -72,9 +83,13 @@ void main()
     bool both = display.comparison == NG_COMPARE_DIFFERENCE;
     bool right_side = display.comparison == NG_COMPARE_SPLIT && from_divider > 0;
     vec3 left = vec3(0), right = vec3(0);
-    if (both || !right_side)
+    if (both && display.cell > 1) {
+        left = value_of(display.encoding, fetch_mean(left_map), fetch_mean(left_divisor_map));
+        right = value_of(display.other_encoding, fetch_mean(right_map), fetch_mean(right_divisor_map));
+    } else if (both || !right_side) {
         left = value_of(display.encoding, fetch(left_map), fetch(left_divisor_map));
-    if (both || right_side)
+    }
+    if ((both && display.cell <= 1) || right_side)
         right = value_of(display.other_encoding, fetch(right_map), fetch(right_divisor_map));
     out_color.rgb = both         ? difference(left, right)
                     : right_side ? encode(display.other_encoding, right)

@@ -200,6 +200,38 @@ static void two_methods_share_a_frame(void **state)
     assert_true(ng_renderer_shows(r->renderer, 0) && !ng_renderer_shows(r->renderer, 1));
 }
 
+// How much of a difference is seen: the mean of its bytes.
+static double seen(struct rig *r, uint32_t cell)
+{
+    static const char *const display[] = {"display"};
+    const uint8_t *rgba;
+    uint32_t width, height;
+    double sum = 0;
+    r->frame.shown.cell = cell;
+    r->frame.layers = display;
+    r->frame.layer_count = 1;
+    draw(r);
+    OK(ng_renderer_display(r->renderer, &rgba, &width, &height));
+    for (uint32_t i = 0; i < width * height * 4; i++)
+        sum += i % 4 < 3 ? rgba[i] : 0;
+    return sum / (3.0 * width * height);
+}
+
+// Noise vanishes from a difference of means; what differs stays. Cells are cut off at the picture's edges.
+static void a_difference_of_means_has_less_noise(void **state)
+{
+    struct rig *r = *state;
+    r->frame.shown = (struct ng_shown){
+        .layer = "unshadowed", .comparison = NG_COMPARE_DIFFERENCE, .other_method = "raster"};
+    draw_to_the_end(r);
+    double pixels = seen(r, 1), means = seen(r, 16);
+    print_message("difference seen: %.2f of pixels, %.2f of means\n", pixels, means);
+    assert_true(means < 0.6 * pixels);
+    assert_true(seen(r, 0) == pixels && seen(r, 1000) < means);
+    r->frame.shown.other_layer = "emission"; // black
+    assert_true(seen(r, 16) > 2 * means);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -208,6 +240,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(what_changes_begins_anew, begin, end),
         cmocka_unit_test_setup_teardown(another_method_in_between_loses_nothing, begin, end),
         cmocka_unit_test_setup_teardown(two_methods_share_a_frame, begin, end),
+        cmocka_unit_test_setup_teardown(a_difference_of_means_has_less_noise, begin, end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -492,28 +492,58 @@ static void describe_side(const struct viewer *v, uint32_t side, char *out, size
     snprintf(out, size, "%s%s", marked ? "> " : "", v->shown.sides[side]);
 }
 
+// Captions from the top down, or from the bottom up.
+struct stack {
+    struct ng_ui *ui;
+    float y;
+};
+
+static void add_caption(struct stack *stack, bool right, const char *text)
+{
+    const float edge = 6, gap = 2;
+    float height = ng_ui_caption(stack->ui, right ? -edge : edge, stack->y, "%s", text);
+    stack->y += stack->y < 0 ? -(height + gap) : height + gap;
+}
+
+static void draw_news(struct viewer *v, struct stack *top)
+{
+    char text[300];
+    snprintf(text, sizeof text, "loading %s", ng_path_name(v->order.scene));
+    if (is_loading(v))
+        add_caption(top, false, text);
+    else if (v->shown.failed || (v->shaders && ng_shader_reload_failed(v->shaders)))
+        add_caption(top, false, "what is in the file now cannot be shown: see the terminal");
+    if (v->now < v->shot_until)
+        add_caption(top, false, v->shot);
+}
+
+static void explain_difference(struct viewer *v, struct stack *top)
+{
+    char text[128];
+    snprintf(text, sizeof text, "orange: left is brighter; blue: darker; full colour: by %.0f %%",
+             100 * (double)NG_DIFFERENCE_FULL);
+    add_caption(top, true, text);
+    snprintf(text, sizeof text, "%u spp so far: means over %u x %u pixels", v->shown.samples, v->shown.cell,
+             v->shown.cell);
+    if (v->shown.cell > 1)
+        add_caption(top, true, text);
+}
+
 static void draw_captions(struct viewer *v)
 {
-    const float edge = 6, line = 20;
+    struct stack top = {v->ui, 6}, bottom = {v->ui, -6};
     uint32_t comparison = v->shown.order.comparison;
     char text[300];
-    if (is_loading(v))
-        ng_ui_caption(v->ui, edge, edge, "loading %s", ng_path_name(v->order.scene));
-    else if (v->shown.failed || (v->shaders && ng_shader_reload_failed(v->shaders)))
-        ng_ui_caption(v->ui, edge, edge, "what is in the file now cannot be shown: see the terminal");
+    draw_news(v, &top);
     if (!is_shown(v))
         return;
-    if (v->now < v->shot_until)
-        ng_ui_caption(v->ui, edge, edge + line, "%s", v->shot);
-    describe_side(v, VIEW_LEFT, text, sizeof text);
-    ng_ui_caption(v->ui, edge, -edge, "%s", text);
-    if (!comparison)
-        return;
-    describe_side(v, VIEW_RIGHT, text, sizeof text);
-    ng_ui_caption(v->ui, -edge, -edge - line, "%s", text); // higher, since both may be long
     if (comparison == NG_COMPARE_DIFFERENCE)
-        ng_ui_caption(v->ui, -edge, edge, "orange: left is brighter; blue: darker; full colour: by %.0f %%",
-                      100 * (double)NG_DIFFERENCE_FULL);
+        explain_difference(v, &top);
+    describe_side(v, VIEW_LEFT, text, sizeof text);
+    add_caption(&bottom, false, text);
+    describe_side(v, VIEW_RIGHT, text, sizeof text);
+    if (comparison)
+        add_caption(&bottom, true, text); // higher, since both may be long
 }
 
 static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng_graph_ref display)

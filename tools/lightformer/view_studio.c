@@ -17,7 +17,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ADAPTATION_S 0.4f // in which the exposure goes most of the way to where it should be
+#define ADAPTATION_S      0.4f // in which the exposure goes most of the way to where it should be
+#define SAMPLES_OF_A_MEAN 1024.0f
+#define MOST_CELL         24.0f
 
 struct view_studio {
     struct view_studio_params params;
@@ -251,7 +253,30 @@ static ng_result place_camera(struct view_studio *s, const struct view_order *or
     return pose_place_camera(s->stage->world, s->camera, &c, &lens);
 }
 
-static ng_result draw(struct view_studio *s, const struct view_drawing *d)
+// Of both sides: one path tracer serves them.
+static struct method_progress progress_of(const struct view_studio *s, const struct view_order *order)
+{
+    struct method_progress all = {0};
+    for (uint32_t i = 0; i < (order->comparison ? VIEW_SIDES : 1u); i++) {
+        uint32_t method = order->sides[i].method;
+        struct method_progress p = method_progress(method_of(METHOD_VIEW, method), s->methods[method]);
+        all.unfinished |= p.unfinished;
+        all.samples = p.samples ? p.samples : all.samples;
+    }
+    return all;
+}
+
+// So many pixels a side that a cell has samples enough for a mean; 1: a pixel has.
+static uint32_t choose_cell(const struct view_studio *s, const struct view_order *order)
+{
+    struct method_progress p = progress_of(s, order);
+    bool traces = p.unfinished || p.samples;
+    if (order->comparison != NG_COMPARE_DIFFERENCE || !traces)
+        return 1;
+    return (uint32_t)ceilf(fminf(sqrtf(SAMPLES_OF_A_MEAN / fmaxf((float)p.samples, 1)), MOST_CELL));
+}
+
+static ng_result draw(struct view_studio *s, const struct view_drawing *d, uint32_t cell)
 {
     static const char *const layers[] = {"display"};
     const struct view_order *o = d->order;
@@ -266,7 +291,8 @@ static ng_result draw(struct view_studio *s, const struct view_drawing *d)
                   .comparison = o->comparison,
                   .other_layer = ng_display_layer(o->sides[VIEW_RIGHT].layer),
                   .other_method = method_view_name(o->sides[VIEW_RIGHT].method),
-                  .divider = o->divider},
+                  .divider = o->divider,
+                  .cell = cell},
         .layers = layers,
         .layer_count = NG_COUNT(layers),
         .resources = ng_pick_resources,
@@ -293,19 +319,6 @@ static void describe_side(const struct view_studio *s, const struct view_order *
     bool plain = strcmp(layer, "beauty") == 0, has = ng_renderer_shows(s->stage->renderer, side);
     snprintf(out, size, "%s%s%s%s%s%s", m->name, plain ? "" : ", ", plain ? "" : layer,
              has ? "" : " (does not compute it)", progress[0] ? ": " : "", progress);
-}
-
-// Of both sides: one path tracer serves them.
-static struct method_progress progress_of(const struct view_studio *s, const struct view_order *order)
-{
-    struct method_progress all = {0};
-    for (uint32_t i = 0; i < (order->comparison ? VIEW_SIDES : 1u); i++) {
-        uint32_t method = order->sides[i].method;
-        struct method_progress p = method_progress(method_of(METHOD_VIEW, method), s->methods[method]);
-        all.unfinished |= p.unfinished;
-        all.samples = p.samples ? p.samples : all.samples;
-    }
-    return all;
 }
 
 static ng_result list_passes(struct view_studio *s, struct view_frame *f)
@@ -392,8 +405,10 @@ static ng_result make(struct view_studio *s, const struct view_drawing *d, struc
     struct pose pose;
     NG_TRY(place_camera(s, order, home, &pose));
     uint64_t start = ng_clock_ns();
-    NG_TRY(draw(s, d));
+    uint32_t cell = choose_cell(s, order);
+    NG_TRY(draw(s, d, cell));
     NG_TRY(fill_frame(s, order, f));
+    f->cell = cell;
     f->ms = (double)(ng_clock_ns() - start) * 1e-6;
     f->from_home = home;
     f->order.pose = pose;

@@ -59,6 +59,7 @@ struct view_frame {
     char sides[VIEW_SIDES][256]; // "reference, direct: 12 spp, ..."
     bool unfinished;             // the same order again makes a better picture
     uint32_t samples;            // a pixel, of what is path traced; 0: a preview, or nothing is
+    uint32_t cell;               // of a difference of it: means over so many pixels a side
     const char *weights;         // of the network, as asked for; borrowed from the parameters
     double ms, world_ms, extract_ms;
     NG_ARRAY(struct view_pass) passes; // that ran
