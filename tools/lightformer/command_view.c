@@ -682,9 +682,11 @@ static ng_result open_viewer(struct viewer *v)
 // How long nothing needs to be done unless something happens.
 static double patience(const struct viewer *v)
 {
+    if (!v->window->width || !v->window->height) // minimised
+        return LISTEN_S;
     if (v->redraws)
         return 0;
-    return !v->waiting && ng_camera_controller_flies(&v->window->input) ? FLIGHT_S : LISTEN_S;
+    return ng_camera_controller_flies(&v->window->input) ? FLIGHT_S : LISTEN_S;
 }
 
 static double clock_s(void)
