@@ -75,10 +75,13 @@ struct lf_tracer {
     bool failed; // Embree, since the last update began
 };
 
-// A coordinate that Embree takes, whatever it was.
+// A coordinate that Embree takes, whatever it was. It computes without denormal numbers: what is nearest to
+// zero is zero, so that no two coordinates differ by one.
+#define LF_TRACE_NEAREST 1e-30f
 static inline float lf_within_reach(float x)
 {
-    return lf_min(lf_max(x, -LF_TRACE_FARTHEST), LF_TRACE_FARTHEST);
+    float near = lf_min(lf_max(x, -LF_TRACE_FARTHEST), LF_TRACE_FARTHEST);
+    return fabsf(near) < LF_TRACE_NEAREST ? 0 : near;
 }
 
 // ---- triangles.c -----------------------------------------------------------------------------------------
