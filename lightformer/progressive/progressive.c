@@ -285,29 +285,27 @@ static ng_result consume(struct ng_composer *composer, void *user)
     if (!data.rays)
         return NG_ERROR_MEMORY; // logged there
     struct ng_graph *g = ng_composer_graph(composer);
-    bool current = key_of(data.frame) == p->picture && !is_due(p);
+    uint64_t picture = key_of(data.frame);
+    bool rests = picture == p->picture && !is_due(p);
     for (int i = 0; i < PART_COUNT; i++) {
         char name[32];
-        bool valid;
         snprintf(name, sizeof name, METHOD "/%s", part_names[i]);
         data.images[i] =
             ng_graph_persistent_image(g, name,
                                       &(struct ng_graph_image_params){.format = VK_FORMAT_R32G32B32A32_SFLOAT,
                                                                       .width = data.frame->width,
                                                                       .height = data.frame->height},
-                                      &valid);
-        current &= valid;
+                                      NULL);
     }
-    if (!current) {
-        struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = METHOD "/trace",
-                                                                             .kind = NG_PASS_CPU,
-                                                                             .run = run,
-                                                                             .data = &data,
-                                                                             .data_size = sizeof data});
-        ng_pass_read(pass, data.rays->updated, NG_USE_HOST_READ);
-        for (int i = 0; i < PART_COUNT; i++)
-            data.images[i] = ng_pass_write(pass, data.images[i], NG_USE_HOST_WRITE);
-    }
+    struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = METHOD "/trace",
+                                                                         .kind = NG_PASS_CPU,
+                                                                         .run = run,
+                                                                         .data = &data,
+                                                                         .data_size = sizeof data,
+                                                                         .key = rests ? picture : 0});
+    ng_pass_read(pass, data.rays->updated, NG_USE_HOST_READ);
+    for (int i = 0; i < PART_COUNT; i++)
+        data.images[i] = ng_pass_write(pass, data.images[i], NG_USE_HOST_WRITE);
     struct ng_radiance radiance = {.method = METHOD,
                                    .unshadowed = data.images[UNSHADOWED],
                                    .direct = data.images[DIRECT],
