@@ -289,22 +289,6 @@ struct ng_graph_ref ng_graph_import_buffer(struct ng_graph *g, const char *name,
     return add(g, name, &r);
 }
 
-void ng_graph_forget(struct ng_graph *g, struct ng_graph_ref ref)
-{
-    if (!graph_knows(g, ref)) {
-        (void)graph_fail(g, "ng_graph_forget is given a ref that is not of this frame");
-        return;
-    }
-    struct decl_resource *r = &g->resources.items[REF_RESOURCE(ref)];
-    if (!is_open(g, "forgetting", r->name))
-        return;
-    if (r->kind != NG_RESOURCE_PERSISTENT || REF_VERSION(ref))
-        (void)graph_fail(g, "ng_graph_forget: '%s' is not persistent, or has been written in this frame",
-                         r->name);
-    else
-        r->has_content = false;
-}
-
 void ng_graph_export(struct ng_graph *g, struct ng_graph_ref ref)
 {
     if (is_open(g, "an export", NULL) && !ng_array_push(&g->exports, ref))

@@ -135,10 +135,6 @@ struct ng_graph_ref ng_graph_persistent_buffer(struct ng_graph *g, const char *n
 // it says in its own key. CPU passes write it by NG_USE_HOST_WRITE and read it by NG_USE_HOST_READ.
 struct ng_graph_ref ng_graph_add_token(struct ng_graph *g, const char *name);
 
-// Drops the content of a persistent resource of this frame, which its producer is about to make anew: passes
-// find the clear value, as in a new one. Before any pass uses it.
-void ng_graph_forget(struct ng_graph *g, struct ng_graph_ref ref);
-
 // History: what the image or buffer `name` of the same description, declared in this frame by
 // ng_graph_add_image or ng_graph_add_buffer (before or after this call), held at the end of the last frame
 // that wrote it. Read only. When there is none (first frame, changed description) `*valid` is false and the

@@ -163,11 +163,6 @@ static void export_ref(struct player *p)
     ng_graph_export(p->graph, take_ref(p));
 }
 
-static void forget(struct player *p)
-{
-    ng_graph_forget(p->graph, take_ref(p));
-}
-
 static void read_back(struct player *p)
 {
     ng_graph_readback(p->graph, take_name(p));
@@ -341,7 +336,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     static void (*const calls[])(struct player *) = {
         add_image,      add_buffer,  persistent_image, persistent_buffer, history_image,
         history_buffer, add_token,   import_image,     import_buffer,     export_ref,
-        forget,         read_back,   add_pass,         add_pass,          read_ref,
+        read_back,      read_back,   add_pass,         add_pass,          read_ref,
         read_ref,       read_ref_as, read_part,        write_ref,         write_ref,
         write_part,     after,       compile,          next_frame};
     struct player p = {.at = data, .end = data + size};

@@ -447,47 +447,6 @@ static void persistent_content_outlives_its_pass(void **state)
     rig_end(&r);
 }
 
-static ng_result draw_nothing(const struct ng_pass_context *ctx)
-{
-    NG_UNUSED(ctx);
-    return NG_OK;
-}
-
-static void forgotten_content_starts_from_its_clear_value(void **state)
-{
-    NG_UNUSED(state);
-    struct rig r = rig_begin();
-    struct ng_graph *g = rig_graph(&r, (struct ng_graph_params){0});
-    struct ng_graph_image_params cleared = picture;
-    cleared.clear = true;
-    struct step draw = {.rig = &r, .kind = NG_PASS_RASTER, .mul = 1, .add = 9};
-    uint32_t drawn[TEXELS], nothing[TEXELS] = {0};
-    for (uint32_t i = 0; i < TEXELS; i++)
-        drawn[i] = step_value(&draw, 0, i);
-    // Drawn, kept by a pass that draws nothing, forgotten before such a pass.
-    for (int frame = 0; frame < 3; frame++) {
-        ng_graph_begin(g);
-        struct ng_graph_ref kept = ng_graph_persistent_image(g, "kept", &cleared, NULL);
-        if (frame == 2)
-            ng_graph_forget(g, kept);
-        if (frame == 0) {
-            draw.target = kept;
-            draw.source = ng_graph_add_image(g, "zero", &cleared);
-            add_step(g, "draw", draw);
-        } else {
-            ng_pass_write(ng_graph_add_pass(g, &(struct ng_pass_params){.name = "nothing",
-                                                                        .kind = NG_PASS_RASTER,
-                                                                        .run = draw_nothing}),
-                          kept, NG_USE_COLOR);
-        }
-        ng_graph_readback(g, "kept");
-        assert_int_equal(run_frame(&r, g), NG_OK);
-        expect_picture(g, "kept", frame < 2 ? drawn : nothing);
-    }
-    ng_graph_destroy(&g);
-    rig_end(&r);
-}
-
 static void imports_are_left_as_wanted(void **state)
 {
     NG_UNUSED(state);
@@ -630,7 +589,6 @@ int main(void)
         cmocka_unit_test(history_is_the_last_frame_that_wrote),
         cmocka_unit_test(a_graph_may_run_several_times_in_a_frame),
         cmocka_unit_test(persistent_content_outlives_its_pass),
-        cmocka_unit_test(forgotten_content_starts_from_its_clear_value),
         cmocka_unit_test(imports_are_left_as_wanted),
         cmocka_unit_test(faces_are_drawn_one_by_one),
         cmocka_unit_test(a_failing_pass_does_not_stop_the_frame),
