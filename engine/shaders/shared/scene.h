@@ -117,8 +117,8 @@ struct ng_light_data {
 // A direct VPL as the shaders sum it.
 struct ng_vpl_data {
     NG_VEC3(position);
-    NG_VEC3(normal); // area: unit; directional: where the light travels; point: zero
-    NG_VEC3(weight); // radiance / (pdf * count). Area and point: W/sr; directional and environment: W/m2
+    NG_VEC3(normal);   // area: unit; directional: where the light travels; point: zero
+    NG_VEC3(weight);   // radiance / (pdf * count). Area and point: W/sr; directional and environment: W/m2
     NG_FLOAT(density); // pdf * count: of an environment, VPLs a steradian
 };
 
