@@ -28,11 +28,10 @@ void ng_input_pass(struct ng_input *input, double time)
     }
 }
 
-// One more, of as many as there is room for.
-static void count(uint8_t *times)
+// More of them, as far as there is room.
+static void count(uint8_t *times, uint8_t more)
 {
-    if (*times < UINT8_MAX)
-        ++*times;
+    *times = (uint8_t)(more < UINT8_MAX - *times ? *times + more : UINT8_MAX);
 }
 
 void ng_input_key(struct ng_input *input, int key, bool down, double time)
@@ -40,7 +39,7 @@ void ng_input_key(struct ng_input *input, int key, bool down, double time)
     ng_input_pass(input, time);
     input->down[key] = down;
     if (down)
-        count(&input->pressed[key]);
+        count(&input->pressed[key], 1);
 }
 
 void ng_input_button(struct ng_input *input, enum ng_button button, bool down, double time)
@@ -49,7 +48,7 @@ void ng_input_button(struct ng_input *input, enum ng_button button, bool down, d
     input->buttons[button] = down;
     if (!down)
         return;
-    count(&input->clicked[button]);
+    count(&input->clicked[button], 1);
     memcpy(input->grip[button], input->pointer, sizeof input->grip[button]);
 }
 
@@ -69,4 +68,21 @@ void ng_input_scroll(struct ng_input *input, float steps, double time)
 {
     ng_input_pass(input, time);
     input->scroll += steps;
+}
+
+void ng_input_add(struct ng_input *input, const struct ng_input *next)
+{
+    const struct ng_input before = *input;
+    *input = *next;
+    input->scroll += before.scroll;
+    for (int b = 0; b < NG_BUTTON_COUNT; b++) {
+        input->drag[b][0] += before.drag[b][0];
+        input->drag[b][1] += before.drag[b][1];
+        count(&input->clicked[b], before.clicked[b]);
+    }
+    for (int k = 0; k < NG_KEY_COUNT; k++) {
+        count(&input->pressed[k], before.pressed[k]);
+        input->held[k] += before.held[k];
+        input->hurried[k] += before.hurried[k];
+    }
 }

@@ -64,6 +64,8 @@ void ng_input_key(struct ng_input *input, int key, bool down, double time);
 void ng_input_button(struct ng_input *input, enum ng_button button, bool down, double time);
 void ng_input_pointer(struct ng_input *input, float x, float y, double time);
 void ng_input_scroll(struct ng_input *input, float steps, double time);
+// What happened in `input` and then in `next`, as one, for who did not look in between.
+void ng_input_add(struct ng_input *input, const struct ng_input *next);
 
 NG_EXTERN_C_END
 

@@ -153,31 +153,32 @@ static struct ng_graph_ref declare_display(const struct ng_screen_internal *s, u
                                             .size = {{s->width, s->height}, {width, height}}});
 }
 
-ng_result ng_screen_show(struct ng_screen *screen,
-                         struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph,
-                                                        struct ng_graph_ref display),
-                         void *user)
+static ng_result draw(struct ng_screen_internal *s, const struct ng_screen_showing *showing,
+                      struct ng_gpu_image *target, struct ng_cmd **cmd)
+{
+    const uint32_t w = target->width, h = target->height;
+    ng_graph_begin(s->graph);
+    struct ng_graph_ref display = showing->overlay(showing->user, s->graph, declare_display(s, w, h));
+    struct ng_graph_ref to =
+        ng_graph_import_image(s->graph, "target", target,
+                              &(struct ng_graph_import){.initial = NG_USE_NONE, .final = NG_USE_PRESENT});
+    declare_blit(s->graph, "present",
+                 &(struct pass_data){.from = display, .to = to, .size = {{w, h}, {w, h}}});
+    return ng_graph_execute(s->graph, cmd);
+}
+
+ng_result ng_screen_show(struct ng_screen *screen, const struct ng_screen_showing *showing)
 {
     struct ng_screen_internal *s = screen->internal;
     struct ng_gpu_image *target = NULL;
     struct ng_cmd *cmd;
-    if (!s->window->width || !s->window->height)
+    if (!showing->width || !showing->height)
         return NG_OK;
-    ng_swapchain_resize(s->swapchain, s->window->width, s->window->height);
+    ng_swapchain_resize(s->swapchain, showing->width, showing->height);
     NG_TRY(ng_frame_begin(screen->gpu, &cmd));
     ng_result drawn = ng_swapchain_acquire(s->swapchain, &target);
-    if (drawn == NG_OK && target) {
-        ng_graph_begin(s->graph);
-        struct ng_graph_ref display = declare_display(s, target->width, target->height);
-        display = overlay(user, s->graph, display);
-        struct ng_graph_ref to =
-            ng_graph_import_image(s->graph, "target", target,
-                                  &(struct ng_graph_import){.initial = NG_USE_NONE, .final = NG_USE_PRESENT});
-        const uint32_t w = target->width, h = target->height;
-        declare_blit(s->graph, "present",
-                     &(struct pass_data){.from = display, .to = to, .size = {{w, h}, {w, h}}});
-        drawn = ng_graph_execute(s->graph, &cmd);
-    }
+    if (drawn == NG_OK && target)
+        drawn = draw(s, showing, target, &cmd);
     ng_result ended = ng_frame_end(screen->gpu, &cmd);
     ng_result shown = ended == NG_OK ? ng_swapchain_present(s->swapchain) : NG_OK;
     return drawn != NG_OK ? drawn : ended != NG_OK ? ended : shown;

@@ -18,7 +18,6 @@ constexpr uint32_t most_windows = 16;
 window windows[most_windows];
 ng_panel panels[most_windows];
 uint32_t window_count, window_at; // that is being filled; most_windows: one too many
-bool frame_open;
 
 // Those that the last frame did not show make room.
 void place_windows(float width, float height)
@@ -64,7 +63,6 @@ void ng_imgui_create(float scale)
 void ng_imgui_destroy(void)
 {
     ImGui::DestroyContext();
-    frame_open = false;
     window_count = 0;
 }
 
@@ -89,9 +87,6 @@ void ng_imgui_begin(float width, float height, float seconds, const struct ng_in
         for (int i = 0; i < NG_BUTTON_COUNT; i++)
             io.MouseDown[i] = input->buttons[i] || input->clicked[i]; // also if it is up again by now
     }
-    if (frame_open) // it was begun and never shown
-        ImGui::EndFrame();
-    frame_open = true;
     place_windows(width, height);
     ImGui::NewFrame();
 }
@@ -193,7 +188,6 @@ float ng_imgui_caption(float x, float y, const char *text)
 struct ng_imgui_counts ng_imgui_end(void)
 {
     ImGui::Render();
-    frame_open = false;
     const ImDrawData *data = ImGui::GetDrawData();
     uint32_t draws = 0;
     for (int i = 0; i < data->CmdListsCount; i++)

@@ -197,9 +197,13 @@ static ng_result draw(const struct ng_pass_context *ctx)
     return NG_OK;
 }
 
-struct ng_graph_ref ng_ui_add_pass(struct ng_ui *ui, struct ng_graph *graph, struct ng_graph_ref target)
+void ng_ui_end(struct ng_ui *ui)
 {
     ui->counts = ng_imgui_end();
+}
+
+struct ng_graph_ref ng_ui_add_pass(struct ng_ui *ui, struct ng_graph *graph, struct ng_graph_ref target)
+{
     struct ng_pass *pass = ng_graph_add_pass(
         graph, &(struct ng_pass_params){.name = "ui", .kind = NG_PASS_RASTER, .run = draw, .data = ui});
     return ng_pass_write(pass, target, NG_USE_COLOR);

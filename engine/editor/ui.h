@@ -4,10 +4,12 @@
 //     ng_ui_begin(ui, &frame);
 //     if (ng_ui_window_begin(ui, "keys")) ng_ui_text(ui, "%s", "F1: keys");
 //     ng_ui_window_end(ui);
+//     ng_ui_end(ui);
 //     ...
 //     picture = ng_ui_add_pass(ui, graph, picture);     // inside of a frame's declaration
 //
-// One thread. One user interface a process at a time: Dear ImGui's context is global.
+// One thread at a time: what an ended frame draws may be drawn on another one, before the next is begun. One
+// user interface a process at a time: Dear ImGui's context is global.
 #ifndef NG_EDITOR_UI_H
 #define NG_EDITOR_UI_H
 
@@ -63,8 +65,9 @@ bool ng_ui_button(struct ng_ui *ui, const char *word);
 // same for y. What is too long for the picture takes more lines. Returns its height in pixels.
 float ng_ui_caption(struct ng_ui *ui, float x, float y, const char *fmt, ...) NG_PRINTF(4, 5);
 
-// Ends the frame and declares the pass "ui" that draws it over `target`; returns the new version.
-// Windows that were begun must have been ended.
+// Ends the frame. Windows that were begun must have been ended.
+void ng_ui_end(struct ng_ui *ui);
+// Declares the pass "ui" that draws the frame that was ended last over `target`; returns the new version.
 struct ng_graph_ref ng_ui_add_pass(struct ng_ui *ui, struct ng_graph *graph, struct ng_graph_ref target);
 
 NG_EXTERN_C_END

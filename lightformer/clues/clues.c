@@ -165,6 +165,13 @@ ng_result lf_clues_normalize(struct lf_pixel_clues *p)
 
 // ---- pixels ----------------------------------------------------------------------------------------------
 
+// Notes what a part of the work took; gives up the rest if nobody wants it any more.
+static ng_result end_part(const struct lf_clues_scene *scene, uint64_t *begin, double *ms)
+{
+    *ms = lf_clues_lap(begin);
+    return scene->abandon && scene->abandon(scene->abandon_user) ? NG_ABANDONED : NG_OK;
+}
+
 ng_result lf_clues_pixels(const struct lf_clues_scene *scene, const struct lf_clues_pixels_params *params,
                           struct lf_pixel_clues *out)
 {
@@ -173,11 +180,11 @@ ng_result lf_clues_pixels(const struct lf_clues_scene *scene, const struct lf_cl
     uint64_t pixels = (uint64_t)params->width * params->height;
     uint32_t budget = (uint32_t)lf_reflection_budget(pixels, params->reflection_rays);
     NG_TRY(lf_pixels_read(scene, params, out));
-    out->ms[LF_CLUES_PIXELS] = lf_clues_lap(&begin);
+    NG_TRY(end_part(scene, &begin, &out->ms[LF_CLUES_PIXELS]));
     NG_TRY(lf_reflections_cast(scene, budget, out));
-    out->ms[LF_CLUES_REFLECTION_RAYS] = lf_clues_lap(&begin);
+    NG_TRY(end_part(scene, &begin, &out->ms[LF_CLUES_REFLECTION_RAYS]));
     NG_TRY(lf_hemisphere_cast(scene, out));
-    out->ms[LF_CLUES_HEMISPHERE_GATHER] = lf_clues_lap(&begin);
+    NG_TRY(end_part(scene, &begin, &out->ms[LF_CLUES_HEMISPHERE_GATHER]));
     set_frame(lf_tracer_snapshot(scene->tracer), out);
     return NG_OK;
 }
@@ -359,23 +366,23 @@ ng_result lf_clues_view(const struct lf_clues_scene *scene, const struct lf_pixe
     const struct lf_interleaved rays = {planes.rays[0], planes.rays[1], planes.rays[2]};
     if (wants_shadow(scene))
         lf_shadow_distance_find(scene, pixels, light, planes.shadow);
-    light->ms[LF_CLUES_SHADOW_DISTANCE] = lf_clues_lap(&begin);
+    NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_SHADOW_DISTANCE]));
     if (wants_direct(scene))
         lf_direct_view(scene, pixels, light, planes.diffuse, planes.glossy);
-    light->ms[LF_CLUES_DIRECT] = lf_clues_lap(&begin);
+    NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_DIRECT]));
     if (wants_visibility(scene))
         lf_visibility_find(scene, pixels, light, planes.shadow, &rays, planes.visibility_diffuse[0]);
-    light->ms[LF_CLUES_VISIBILITY] = lf_clues_lap(&begin);
+    NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_VISIBILITY]));
     if (lf_clues_wants(scene, LF_INPUT_VIEW_VISIBILITY_SPECULAR))
         lf_specular_visibility_find(scene, pixels, light, planes.glossy, planes.visibility_diffuse[0], &rays,
                                     planes.visibility_specular[0]);
-    light->ms[LF_CLUES_SPECULAR_VISIBILITY] = lf_clues_lap(&begin);
+    NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_SPECULAR_VISIBILITY]));
     if (lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RSM))
         NG_TRY(lf_rsm_gather(scene, pixels, light, planes.irradiance_rsm));
-    light->ms[LF_CLUES_RSM_GATHER] = lf_clues_lap(&begin);
+    NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_RSM_GATHER]));
     if (lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RAYS))
         NG_TRY(lf_hemisphere_gather(scene, pixels, light, planes.irradiance_rays));
-    light->ms[LF_CLUES_HEMISPHERE_GATHER] = lf_clues_lap(&begin);
+    NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_HEMISPHERE_GATHER]));
     if (wants_reflection(scene))
         NG_TRY(lf_reflections_light(scene, pixels, light, planes.reflection, planes.reflection_rsm));
     light->ms[LF_CLUES_REFLECTED_LIGHT] = lf_clues_lap(&begin);

@@ -19,11 +19,20 @@ struct pass_data {
     struct lf_active_light light;
 };
 
-static ng_result find_scene(const struct lf_encoder_inputs *in, struct lf_clues_scene *out)
+static bool is_abandoned(const void *ctx)
+{
+    return ng_pass_is_abandoned(ctx);
+}
+
+static ng_result find_scene(const struct ng_pass_context *ctx, const struct lf_encoder_inputs *in,
+                            struct lf_clues_scene *out)
 {
     const struct lf_encoder *self = in->self;
-    *out =
-        (struct lf_clues_scene){.tracer = in->rays->tracer, .jobs = self->params.jobs, .reads = self->reads};
+    *out = (struct lf_clues_scene){.tracer = in->rays->tracer,
+                                   .jobs = self->params.jobs,
+                                   .reads = self->reads,
+                                   .abandon = is_abandoned,
+                                   .abandon_user = ctx};
     return lf_tracer_snapshot(out->tracer) ? NG_OK : NG_ERROR_MEMORY; // logged there
 }
 
@@ -75,7 +84,7 @@ static ng_result find_pixel_clues(const struct ng_pass_context *ctx)
     const struct pass_data *d = ctx->data;
     struct lf_encoder *self = d->in.self;
     struct lf_clues_scene scene;
-    NG_TRY(find_scene(&d->in, &scene));
+    NG_TRY(find_scene(ctx, &d->in, &scene));
     const struct ng_gbuffer *behind = d->in.gbuffer;
     const struct lf_clues_pixels_params params = {
         .gbuffer = {.position = memory_of(ctx, behind->position),
@@ -125,7 +134,7 @@ static ng_result find_light_clues(const struct ng_pass_context *ctx)
     const struct pass_data *d = ctx->data;
     const struct lf_encoder_params *p = &d->in.self->params;
     struct lf_clues_scene scene;
-    NG_TRY(find_scene(&d->in, &scene));
+    NG_TRY(find_scene(ctx, &d->in, &scene));
     struct lf_clues_light_params params = {.vpl_count = p->vpl_count, .observed = d->light.maps->gpu};
     if (p->rsm == LF_RSM_MAPS)
         params.maps = captured_maps(ctx, &d->light);
@@ -163,7 +172,7 @@ static ng_result find_view_clues(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     struct lf_clues_scene scene;
-    NG_TRY(find_scene(&d->in, &scene));
+    NG_TRY(find_scene(ctx, &d->in, &scene));
     struct lf_light_clues *clues = d->light.kept->clues;
     if (d->in.self->params.rsm == LF_RSM_MAPS)
         (void)captured_maps(ctx, &d->light);

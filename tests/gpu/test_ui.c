@@ -47,6 +47,7 @@ static void finish(struct rig *r, struct picture *out)
                                         .height = HEIGHT,
                                         .clear = true,
                                         .clear_value.color.float32 = {0.5f, 0.5f, 0.5f, 1}});
+    ng_ui_end(r->ui);
     ng_ui_add_pass(r->ui, r->graph, picture);
     ng_graph_readback(r->graph, "picture");
     assert_int_equal(ng_graph_execute(r->graph, &cmd), NG_OK);

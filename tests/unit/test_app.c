@@ -371,6 +371,36 @@ static void presses_in_one_frame_are_counted(void **state)
     assert_true(input.pressed['L'] == 0 && input.down['L'] && input.held['L'] == 0 && input.scroll == 0);
 }
 
+// Two polls as one are what one poll would have been.
+static void polls_add_up(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_input whole = {0}, part = {0}, sum = {0};
+    for (int i = 0; i < 40; i++) {
+        struct ng_input *each[] = {&whole, &part};
+        double t = 0.01 * (i + 1);
+        for (int k = 0; k < 2; k++) {
+            ng_input_key(each[k], i % 3 ? 'W' : NG_KEY_SHIFT, i % 4 < 2, t);
+            ng_input_button(each[k], NG_BUTTON_RIGHT, i % 5 < 3, t);
+            ng_input_pointer(each[k], (float)(i * i % 7), (float)i, t);
+            ng_input_scroll(each[k], i % 2 ? 1 : -2, t);
+        }
+        if (i % 6 == 5) {
+            ng_input_add(&sum, &part);
+            ng_input_begin(&part);
+        }
+    }
+    ng_input_add(&sum, &part);
+    assert_memory_equal(sum.pressed, whole.pressed, sizeof sum.pressed);
+    assert_memory_equal(sum.clicked, whole.clicked, sizeof sum.clicked);
+    assert_memory_equal(sum.grip, whole.grip, sizeof sum.grip);
+    assert_near(sum.held['W'], whole.held['W']);
+    assert_near(sum.hurried['W'], whole.hurried['W']);
+    assert_near(sum.drag[NG_BUTTON_RIGHT][0], whole.drag[NG_BUTTON_RIGHT][0]);
+    assert_near(sum.scroll, whole.scroll);
+    assert_true(sum.time == whole.time && sum.down['W'] == whole.down['W']);
+}
+
 // ---- What is under the pointer ---------------------------------------------------------------------------
 
 static void a_pick_tells_what_is_under_the_pointer(void **state)
@@ -565,6 +595,7 @@ int main(void)
         cmocka_unit_test(steps_of_flight_are_bounded),
         cmocka_unit_test(the_wheel_sets_the_speed_in_flight),
         cmocka_unit_test(presses_in_one_frame_are_counted),
+        cmocka_unit_test(polls_add_up),
         cmocka_unit_test(a_pick_tells_what_is_under_the_pointer),
         cmocka_unit_test(a_worker_does_one_thing_after_another),
         cmocka_unit_test(clock_wraps_and_pauses),

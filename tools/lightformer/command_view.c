@@ -127,8 +127,9 @@ static const char keys[] =
 #define SHOT_S           4.0 // that a word about a screenshot stays
 #define SETTLING         3   // redraws after something happened: Dear ImGui measures first
 
-// The window's thread: it listens, steers, and shows the last picture with what is over it. Pictures are made
-// in the studio by a worker, whose frame is ours while that is not busy.
+// The window's thread: it listens, steers, and says what is over the picture. Pictures are made in the studio
+// by one worker, and shown by another, which may wait for the display. What they work with is ours while they
+// are not busy.
 struct viewer {
     const struct view *args;
     struct ng_window *window;
@@ -154,6 +155,11 @@ struct viewer {
     bool again;              // what came of it is no picture, or shaders have changed since
     atomic_bool abandon;     // it is not wanted any more
     // On the screen:
+    struct ng_worker *presenter;
+    struct ng_screen_showing showing;
+    ng_result presented;
+    struct ng_input input; // of all polls since the user interface was last drawn
+    double since_shown;
     bool jumps;       // the time has jumped since the last order was handed in
     uint32_t redraws; // still to do
     uint32_t frames, mark;
@@ -288,10 +294,10 @@ static void take_frame(struct viewer *v)
     v->frames++;
 }
 
-// Looks at what the worker has made, if it has.
+// Looks at what the worker has made, if it has, and nobody looks at the one before.
 static ng_result collect(struct viewer *v)
 {
-    if (!v->waiting || ng_worker_is_busy(v->worker))
+    if (!v->waiting || ng_worker_is_busy(v->worker) || ng_worker_is_busy(v->presenter))
         return NG_OK;
     v->waiting = false;
     v->again = v->made.result == NG_ABANDONED;
@@ -444,6 +450,7 @@ static void react(struct viewer *v, double seconds)
 {
     const struct ng_input *input = &v->window->input;
     bool on_ui = ng_ui_has_pointer(v->ui);
+    ng_input_add(&v->input, input);
     react_to_clock(v, input, seconds);
     react_to_keys(v, input);
     view_picture_react(&v->picture, input, on_ui ? 0 : v->window->width);
@@ -546,9 +553,8 @@ static void draw_captions(struct viewer *v)
         add_caption(&bottom, true, text); // higher, since both may be long
 }
 
-static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng_graph_ref display)
+static void draw_panels(struct viewer *v)
 {
-    struct viewer *v = user;
     if (v->show_keys) {
         if (ng_ui_window_begin(v->ui, "Keys"))
             ng_ui_text(v->ui, "%s", keys);
@@ -562,17 +568,37 @@ static struct ng_graph_ref draw_ui(void *user, struct ng_graph *graph, struct ng
         view_panel_scene(v->ui, &v->shown, &v->order);
     if (!v->hide_captions)
         draw_captions(v);
-    return ng_ui_add_pass(v->ui, graph, display);
+}
+
+static struct ng_graph_ref add_ui(void *user, struct ng_graph *graph, struct ng_graph_ref display)
+{
+    return ng_ui_add_pass(((struct viewer *)user)->ui, graph, display);
+}
+
+static void present(void *user)
+{
+    struct viewer *v = user;
+    v->presented = ng_screen_show(v->screen, &v->showing);
 }
 
 static ng_result show(struct viewer *v, double seconds)
 {
+    v->since_shown += seconds;
+    if (ng_worker_is_busy(v->presenter))
+        return NG_OK;
+    NG_TRY(v->presented);
     if (!v->redraws || !v->window->width || !v->window->height)
         return NG_OK;
     v->redraws--;
-    struct ng_ui_frame ui = {v->window->width, v->window->height, (float)seconds, &v->window->input};
+    struct ng_ui_frame ui = {v->window->width, v->window->height, (float)v->since_shown, &v->input};
     ng_ui_begin(v->ui, &ui);
-    return ng_screen_show(v->screen, draw_ui, v);
+    draw_panels(v);
+    ng_ui_end(v->ui);
+    v->since_shown = 0;
+    ng_input_begin(&v->input);
+    v->showing = (struct ng_screen_showing){v->window->width, v->window->height, add_ui, v};
+    ng_worker_begin(v->presenter);
+    return NG_OK;
 }
 
 // Whether all that was asked for is there.
@@ -608,7 +634,7 @@ static void write_title(const struct viewer *v, char *out, size_t size)
 static void show_title(struct viewer *v)
 {
     char title[sizeof v->title];
-    bool rests = is_at_rest(v) && !v->redraws;
+    bool rests = is_at_rest(v) && !v->redraws && !ng_worker_is_busy(v->presenter);
     if (!rests && v->now - v->title_set < TITLE_INTERVAL_S)
         return;
     write_title(v, title, sizeof title);
@@ -630,6 +656,7 @@ static ng_result open_screen(struct viewer *v)
     NG_TRY(ng_window_create(&window, &v->window));
     NG_TRY(ng_screen_create(&(struct ng_screen_params){.window = v->window, .device = args->device},
                             &v->screen));
+    NG_TRY(ng_worker_create(&(struct ng_worker_params){present, wake, v}, &v->presenter));
     return ng_ui_create(&(struct ng_ui_params){.gpu = v->screen->gpu, .format = VK_FORMAT_R8G8B8A8_UNORM},
                         &v->ui);
 }
@@ -684,7 +711,7 @@ static double patience(const struct viewer *v)
 {
     if (!v->window->width || !v->window->height) // minimised
         return LISTEN_S;
-    if (v->redraws)
+    if (v->redraws && !ng_worker_is_busy(v->presenter))
         return 0;
     return ng_camera_controller_flies(&v->window->input) ? FLIGHT_S : LISTEN_S;
 }
@@ -716,6 +743,7 @@ static void close_viewer(struct viewer *v)
 {
     atomic_store(&v->abandon, true);
     ng_worker_destroy(&v->worker);
+    ng_worker_destroy(&v->presenter);
     ng_shader_reload_destroy(&v->shaders);
     view_studio_destroy(&v->studio);
     ng_watch_destroy(&v->watch);
