@@ -279,6 +279,11 @@ void ng_window_close(struct ng_window *window)
     window->closed = true;
 }
 
+void ng_window_hide(struct ng_window *window)
+{
+    glfwHideWindow(window->internal->handle);
+}
+
 void ng_window_set_title(struct ng_window *window, const char *title)
 {
     char shown[1024];

@@ -64,6 +64,8 @@ void ng_window_pump(struct ng_window *window, double seconds);
 // Ends a wait. From any thread.
 void ng_window_wake(struct ng_window *window);
 void ng_window_close(struct ng_window *window);
+// Takes it off the desktop, for a program that has to finish something before it ends.
+void ng_window_hide(struct ng_window *window);
 void ng_window_set_title(struct ng_window *window, const char *title);
 // Fills the screen that most of the window is on, or goes back to where and as large as it was.
 void ng_window_set_full_screen(struct ng_window *window, bool full);

@@ -22,6 +22,7 @@
 #include "render/display.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -124,7 +125,7 @@ static const char keys[] =
 #define TITLE_INTERVAL_S 0.25
 #define LISTEN_S         0.25 // at a time, where nothing happens
 #define FLIGHT_S         0.016
-#define SHOT_S           4.0 // that a word about a screenshot stays
+#define NEWS_S           3.0 // that a word about what a key has done stays
 #define SETTLING         3   // redraws after something happened: Dear ImGui measures first
 
 // The window's thread: it listens, steers, and says what is over the picture. Pictures are made in the studio
@@ -165,8 +166,8 @@ struct viewer {
     uint32_t frames, mark;
     double title_set;
     char title[1024];
-    char shot[300]; // what came of the last screenshot
-    double shot_until;
+    char news[300]; // what a key has done that the picture does not tell
+    double news_until;
     bool show_keys, show_choices, show_times, show_clips, hide_captions;
 };
 
@@ -311,6 +312,17 @@ static ng_result collect(struct viewer *v)
 // ---- What a person does
 // ------------------------------------------------------------------------------------
 
+static void tell(struct viewer *v, const char *fmt, ...) NG_PRINTF(2, 3);
+static void tell(struct viewer *v, const char *fmt, ...)
+{
+    va_list args;
+    va_start(args, fmt);
+    vsnprintf(v->news, sizeof v->news, fmt, args);
+    va_end(args);
+    v->news_until = v->now + NEWS_S;
+    v->redraws = SETTLING;
+}
+
 static void toggle(bool *shown, unsigned pressed)
 {
     *shown ^= pressed % 2;
@@ -353,7 +365,10 @@ static void steer(struct viewer *v, const struct ng_input *input)
             take_point(v, input->grip[b]);
     if (input->scroll != 0 && !ng_camera_controller_flies(input))
         take_point(v, input->pointer);
+    float speed = v->controller.speed;
     ng_camera_controller_update(&v->controller, input, (float)v->window->height);
+    if (v->controller.speed != speed)
+        tell(v, "flies %.3g m/s", (double)v->controller.speed);
 }
 
 static void next_camera(struct viewer *v, uint32_t steps)
@@ -418,9 +433,9 @@ static void take_shot(struct viewer *v)
     char command[2048];
     if (!write_command(v, command, sizeof command))
         snprintf(command, sizeof command, "lightformer view %s", ng_path_name(v->shown.scene));
-    v->shot_until = v->now + SHOT_S;
-    if (view_shot_write(&v->shown, command, v->shot, sizeof v->shot) != NG_OK)
-        snprintf(v->shot, sizeof v->shot, "the picture could not be written: see the terminal");
+    char said[300];
+    bool written = view_shot_write(&v->shown, command, said, sizeof said) == NG_OK;
+    tell(v, "%s", written ? said : "the picture could not be written: see the terminal");
 }
 
 static void react_to_keys(struct viewer *v, const struct ng_input *input)
@@ -439,6 +454,8 @@ static void react_to_keys(struct viewer *v, const struct ng_input *input)
         ng_window_set_full_screen(v->window, !ng_window_is_full_screen(v->window));
     float stops = v->order.stops + STOPS * (float)(input->pressed['='] - input->pressed['-']);
     v->order.stops = input->pressed['0'] ? 0 : fminf(fmaxf(stops, -MOST_STOPS), MOST_STOPS);
+    if (input->pressed['0'] || input->pressed['='] || input->pressed['-'])
+        tell(v, "exposure %+.1f EV", (double)v->order.stops);
     if (input->pressed['R'])
         v->controller = v->shown.home;
     if (input->pressed['F'])
@@ -456,8 +473,8 @@ static void react(struct viewer *v, double seconds)
     view_picture_react(&v->picture, input, on_ui ? 0 : v->window->width);
     if (!on_ui && !v->picture.dragging)
         steer(v, input);
-    if (v->shot_until > 0 && v->now >= v->shot_until) {
-        v->shot_until = 0;
+    if (v->news_until > 0 && v->now >= v->news_until) {
+        v->news_until = 0;
         v->redraws = SETTLING;
     }
     if (v->window->stirred)
@@ -520,8 +537,8 @@ static void draw_news(struct viewer *v, struct stack *top)
         add_caption(top, false, text);
     else if (v->shown.failed || (v->shaders && ng_shader_reload_failed(v->shaders)))
         add_caption(top, false, "what is in the file now cannot be shown: see the terminal");
-    if (v->now < v->shot_until)
-        add_caption(top, false, v->shot);
+    if (v->now < v->news_until)
+        add_caption(top, false, v->news);
 }
 
 static void explain_difference(struct viewer *v, struct stack *top)
@@ -625,8 +642,8 @@ static void write_title(const struct viewer *v, char *out, size_t size)
     if (v->mark) // for tests: what was pressed before the key F9 has been taken in
         snprintf(mark, sizeof mark, " - mark %u", v->mark);
     bool both = v->shown.order.comparison;
-    snprintf(out, size, "%s - %s, %.1f ms - full resolution - %s%s%s%s - F1: keys - frame %u%s", name,
-             is_at_rest(v) ? "at rest" : pace, f.ms, sides[VIEW_LEFT], both ? " | " : "",
+    snprintf(out, size, "%s - %s, %.1f ms - %s - %s%s%s%s - F1: keys - frame %u%s", name,
+             is_at_rest(v) ? "at rest" : pace, f.ms, v->shown.tier, sides[VIEW_LEFT], both ? " | " : "",
              both ? sides[VIEW_RIGHT] : "", clock, v->frames, mark);
 }
 
@@ -741,6 +758,8 @@ static ng_result loop(struct viewer *v)
 
 static void close_viewer(struct viewer *v)
 {
+    if (v->window)
+        ng_window_hide(v->window); // a scene may still be loading
     atomic_store(&v->abandon, true);
     ng_worker_destroy(&v->worker);
     ng_worker_destroy(&v->presenter);

@@ -409,6 +409,7 @@ static ng_result make(struct view_studio *s, const struct view_drawing *d, struc
     NG_TRY(draw(s, d, cell));
     NG_TRY(fill_frame(s, order, f));
     f->cell = cell;
+    f->tier = "full resolution";
     f->ms = (double)(ng_clock_ns() - start) * 1e-6;
     f->from_home = home;
     f->order.pose = pose;

@@ -61,6 +61,7 @@ struct view_frame {
     uint32_t samples;            // a pixel, of what is path traced; 0: a preview, or nothing is
     uint32_t cell;               // of a difference of it: means over so many pixels a side
     const char *weights;         // of the network, as asked for; borrowed from the parameters
+    const char *tier;            // how many pixels were made of those that are shown, for people
     double ms, world_ms, extract_ms;
     NG_ARRAY(struct view_pass) passes; // that ran
     NG_ARRAY(struct view_clip) clips;
