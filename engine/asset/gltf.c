@@ -201,7 +201,7 @@ static struct ng_gltf_params with_defaults(const struct ng_gltf_params *params)
 // not a picture may take so much more than the file does.
 static uint64_t decoded_limit(const struct gltf_loader *l)
 {
-    const uint64_t any = (uint64_t)256 << 20, times = 64;
+    const uint64_t any = (uint64_t)192 << 20, times = 64;
     uint64_t size = l->doc->bytes;
     if (l->limited || size > left_of(l->limits.max_memory, any) / times)
         return l->limits.max_memory;

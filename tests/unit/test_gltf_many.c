@@ -105,6 +105,12 @@ static void test_memory_follows_the_file(void **state)
         {"\"animations\":[{\"samplers\":[", "{}", "]}]", 400000},
         {"\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[", "{}", "]}}", 400000},
         {"\"nodes\":[{\"children\":[", "1", "]}]", 2000000},
+        {"\"accessors\":[{\"count\":1000000,\"componentType\":5126,\"type\":\"SCALAR\"},{\"count\":1000000,"
+         "\"componentType\":5126,\"type\":\"VEC3\"}],\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{}],"
+         "\"animations\":[",
+         "{\"samplers\":[{\"input\":0,\"output\":1}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,"
+         "\"path\":\"translation\"}}]}",
+         "]", 200},
         {"\"extras\":[", "1", "]", 4000000},
         {"\"extras\":[", "{}", "]", 5000000},
     };
