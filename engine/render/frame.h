@@ -73,7 +73,7 @@ struct ng_light_maps {
     uint32_t depth_views, rsm_views; // layers of the two; they differ for cascaded lights only
     uint32_t face_size;              // of the depth map, texels
     struct ng_graph_ref depth;       // D32F array [depth_views]: reverse-Z of the view
-    struct ng_graph_ref sky;         // D32F array, the same of a sky: a layer for each VPL; else null
+    struct ng_graph_ref sky;         // D32F array, a layer for each view of a sky; else null
     struct ng_graph_ref position;    // RGBA32F array [rsm_views], NG_RSM_SIZE: world; w: as above
     struct ng_graph_ref normal;      // RGBA16F, the same: shading normal towards the light
     struct ng_graph_ref flux;        // RGBA32F, the same: reflected flux, W

@@ -9,12 +9,14 @@
 
 // Near plane of perspective views, in scene radii, and in metres at most: what hangs closely before a lamp
 // shadows.
-#define NEAR_SHARE 1e-5f
-#define MOST_NEAR  2e-5f
-#define CASCADES   4
-#define SKY_SPREAD                                                                                           \
-    0.15f // tangent of the half angle over which a light at infinity is spread, from which it is a sky
-#define SLICE_NEAR 0.05f // metres: nothing nearer to the camera deserves a cascade of its own
+#define NEAR_SHARE         1e-5f
+#define MOST_NEAR          2e-5f
+#define CASCADES           4
+// A light at infinity is a sky if the tangent of the half angle over which it is spread is larger than this.
+#define SKY_SPREAD         0.15f
+#define LEAST_SKY_VIEWS    8u
+#define MOST_SKY_TRIANGLES 4000000u // in all views together
+#define SLICE_NEAR         0.05f    // metres: nothing nearer to the camera deserves a cascade of its own
 
 static void copy3(float to[3], const float from[3])
 {
@@ -243,6 +245,19 @@ static void observe_views(const struct ng_snapshot *s, const struct ng_light_pro
     l->depth_view_count = l->rsm_view_count;
 }
 
+// All VPLs have one, unless the scene has so many triangles that a frame in which something moves would take
+// long.
+static uint32_t count_sky_views(const struct ng_snapshot *s, uint32_t vpls)
+{
+    uint64_t triangles = 0;
+    for (uint32_t i = 0; i < s->instance_count; i++)
+        triangles += s->meshes[s->instances[i].mesh].index_count / 3;
+    uint32_t count = vpls;
+    while (count > LEAST_SKY_VIEWS && triangles * count > MOST_SKY_TRIANGLES)
+        count /= 2;
+    return count;
+}
+
 void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light,
                           const struct ng_light_source *source, float aspect, float cascade_radius,
                           struct ng_light_gpu *out)
@@ -262,7 +277,8 @@ void ng_light_gpu_observe(const struct ng_snapshot *snapshot, uint32_t light,
     glm_vec3_cross(d->look, d->up, d->right);
     ng_light_cone(source, &d->cone_scale, &d->cone_offset);
     observe_softness(&proxy, source->type->infinite, out);
-    out->sky = source->type->infinite && d->soft_radius > SKY_SPREAD;
+    if (source->type->infinite && d->soft_radius > SKY_SPREAD)
+        out->sky_view_count = count_sky_views(snapshot, d->vpl_count);
     d->vpl_radius = d->vpl_count ? d->soft_radius / sqrtf((float)d->vpl_count) : 0;
     d->index = light;
     observe_views(snapshot, &proxy, aspect, cascade_radius, out);
@@ -309,10 +325,10 @@ void ng_light_gpu_sky_view(const struct ng_light_gpu *l, const struct ng_snapsho
 
 ng_result ng_light_gpu_record(struct ng_gpu *gpu, const struct ng_snapshot *snapshot, struct ng_light_gpu *l)
 {
-    if (l->sky) {
-        NG_TRY(ng_frame_alloc(gpu, l->data.vpl_count * sizeof(struct ng_light_view_data), &l->sky_range));
+    if (l->sky_view_count) {
+        NG_TRY(ng_frame_alloc(gpu, l->sky_view_count * sizeof(struct ng_light_view_data), &l->sky_range));
         struct ng_light_view_data *views = l->sky_range.mapped;
-        for (uint32_t i = 0; i < l->data.vpl_count; i++)
+        for (uint32_t i = 0; i < l->sky_view_count; i++)
             ng_light_gpu_sky_view(l, snapshot, i, &views[i]);
     }
     NG_TRY(ng_frame_put(gpu, &l->data, sizeof l->data, &l->data_range));

@@ -20,8 +20,9 @@ struct ng_light_gpu {
     struct ng_vpl_data vpls[NG_LIGHT_VPLS];
     struct ng_light_view_data depth_views[NG_LIGHT_MAX_VIEWS], rsm_views[NG_LIGHT_MAX_VIEWS];
     uint32_t depth_view_count, rsm_view_count;
-    bool
-        sky; // light from so many directions that one depth map tells nothing: each VPL has a view of its own
+    // Of a sky, light from so many directions that one depth map tells nothing: so many VPLs, the first ones,
+    // have a view each. 0: no sky.
+    uint32_t sky_view_count;
     struct ng_frame_range data_range, vpl_range, depth_view_range, rsm_view_range, sky_range;
 };
 

@@ -219,7 +219,7 @@ static ng_result draw_sky(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     const struct ng_light_gpu *light = &d->light->gpu;
-    for (uint32_t layer = 0; layer < light->data.vpl_count; layer++) {
+    for (uint32_t layer = 0; layer < light->sky_view_count; layer++) {
         struct ng_light_view_data view;
         ng_light_gpu_sky_view(light, d->frame->snapshot, layer, &view);
         NG_TRY(draw_depth_layer(ctx, &light->sky_range, layer, &view));
@@ -363,7 +363,7 @@ static uint64_t key_of_sky(const struct ng_frame_info *frame, const struct ng_li
     uint64_t key = ng_key_add(NG_KEY, ng_scene_gpu_seen(frame->scene, &all));
     key = ng_key_add_bytes(key, s->scene_center, sizeof s->scene_center);
     key = ng_key_add_bytes(key, &s->scene_radius, sizeof s->scene_radius);
-    return ng_key_add_bytes(key, l->vpls, l->data.vpl_count * sizeof *l->vpls);
+    return ng_key_add_bytes(key, l->vpls, l->sky_view_count * sizeof *l->vpls);
 }
 
 static void declare_sky(struct ng_graph *g, const struct pass_data *data)
@@ -373,7 +373,7 @@ static void declare_sky(struct ng_graph *g, const struct pass_data *data)
     uint32_t size = sky_is_halved(data->frame->snapshot) ? m->face_size / 2 : m->face_size;
     struct ng_pass *pass =
         add_pass(g, data, "rsm", "sky", draw_sky, map_flags(data), key_of_sky(data->frame, l));
-    m->sky = persistent(g, m->name, "sky", VK_FORMAT_D32_SFLOAT, size, l->data.vpl_count);
+    m->sky = persistent(g, m->name, "sky", VK_FORMAT_D32_SFLOAT, size, l->sky_view_count);
     m->sky = ng_pass_write(pass, m->sky, NG_USE_DEPTH);
 }
 
@@ -427,8 +427,7 @@ static ng_result observe_lights(struct ng_light_maps_provider *self, const struc
             continue;
         NG_TRY(name_light(self, count, s->lights[i].name));
         faces += o->gpu.depth_view_count;
-        if (o->gpu.sky)
-            faces += sky_is_halved(s) ? o->gpu.data.vpl_count / 4 : o->gpu.data.vpl_count;
+        faces += sky_is_halved(s) ? o->gpu.sky_view_count / 4 : o->gpu.sky_view_count;
         count++;
     }
     self->lights.count = count;
@@ -456,7 +455,7 @@ static ng_result produce(struct ng_composer *composer, void *user)
         data.light = &self->lights.items[i];
         NG_TRY(ng_light_gpu_record(self->params.gpu, data.frame->snapshot, &data.light->gpu));
         declare_depth(g, &data);
-        if (data.light->gpu.sky)
+        if (data.light->gpu.sky_view_count)
             declare_sky(g, &data);
         declare_surface(g, &data);
         if (self->params.bare_depth)

@@ -262,7 +262,7 @@ static void declare_light(struct ng_graph *g, struct pass_data *data, struct ng_
 {
     char name[160];
     snprintf(name, sizeof name, "direct:%s/visibility", data->maps->name);
-    bool sky = data->maps->gpu->sky;
+    bool sky = data->maps->gpu->sky_view_count;
     struct ng_pass *pass = add_pass(g, "/visibility", sky ? find_sky_visibility : find_visibility, data);
     if (sky)
         ng_pass_read(pass, data->gbuffer->normal, NG_USE_SAMPLED);

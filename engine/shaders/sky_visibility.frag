@@ -1,7 +1,7 @@
 // How much of a sky reaches each pixel, of what it would reflect of all of it.
 //
 // A sky shines from everywhere, so one depth map tells nothing of it: a wall beside a window hides other directions than
-// the ceiling does. Every direct VPL has a map of its own here. A second look, beside the first, blends the edges of
+// the ceiling does. Every direct VPL, or the first of them, has a map of its own here. A second look, beside the first, blends the edges of
 // neighbouring directions. It may look past a wall, so what it adds is at most what the first looks have found: where
 // those find nothing, as in a closed room, it is dark.
 #version 460
@@ -37,7 +37,7 @@ float radius; // half of its width and of its depth, metres
 // How far before the receiver the map of a direction holds something, metres; 0: nothing is there. `p` and `n` are its
 // place and normal in that map's axes, from the middle of the scene. What the map holds is compared with the receiver's
 // tangent plane at that texel.
-float gap_at(uint i, vec3 p, vec3 n, vec2 at)
+float gap_at(int i, vec3 p, vec3 n, vec2 at)
 {
     float depth = texelFetch(depth_map, ivec3(clamp(at, vec2(0), vec2(size - 1)), i), 0).r;
     vec2 offset = ((at + 0.5) / size * 2 - 1) * radius - p.xy;
@@ -52,7 +52,7 @@ vec2 texel_of(vec2 p)
 }
 
 // The same of the four texels around, so that nothing shines in between two walls that meet.
-float gap_around(uint i, vec3 p, vec3 n)
+float gap_around(int i, vec3 p, vec3 n)
 {
     vec2 at = floor(texel_of(p.xy) - 0.5);
     return max(max(gap_at(i, p, n, at), gap_at(i, p, n, at + vec2(1, 0))),
@@ -87,8 +87,8 @@ void main()
     float start = noise(gl_FragCoord.xy);
     vec2 turn = vec2(cos(6.2831853 * start), sin(6.2831853 * start));
     float all = 0, open = 0, lost = 0, gained = 0, gaps = 0, blocked = 0;
-    uint count = light.vpl_count;
-    for (uint i = 0; i < count; i++) {
+    int count = textureSize(depth_map, 0).z;
+    for (int i = 0; i < count; i++) {
         vec3 sum = reflected(r, -vpls[i].normal, vpls[i].weight, max(light.vpl_radius, LEAST_WIDTH));
         float weight = sum.r + sum.g + sum.b;
         turn = vec2(turn.x * golden.x - turn.y * golden.y, turn.x * golden.y + turn.y * golden.x);
