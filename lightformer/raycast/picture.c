@@ -1,9 +1,9 @@
-// Tile by tile: rays in packets, then memory asked for, then each pixel's surface. Halfs are made of a whole
-// tile at once.
+// Tile by tile: rays in packets, then what waits for memory, pixel by pixel, then the arithmetic of all
+// pixels at once (finish.h).
 #include "lightformer/raycast/picture.h"
 
 #include "base/jobs.h"
-#include "lightformer/raycast/pack.h"
+#include "lightformer/raycast/finish.h"
 #include "lightformer/trace/surface.h"
 #include "lightformer/trace/vec.h"
 #include "lightformer/trace/view.h"
@@ -18,52 +18,30 @@
 struct drawing {
     const struct lf_raycast_job *job;
     const struct ng_snapshot *snapshot;
-    const struct lf_pack_kernels *kernels;
+    const struct lf_finish_kernels *kernels;
     struct lf_view view;
     float pixels[2];           // half the picture's, for each length of `right` and `down`
     uint32_t first[2], end[2]; // pixels that are drawn: x, y
     bool lamps;
 };
 
-// What is written of a tile.
-struct texels {
-    float normal[LF_PACKET][4], diffuse[LF_PACKET][4], specular[LF_PACKET][4];
-};
-
 // ---- A pixel ---------------------------------------------------------------------------------------------
-
-// Meyer et al. 2010; engine/shaders/geometry.glsl reads it.
-static void set_octahedral(const float n[3], float *x, float *y)
-{
-    float scale = 1 / (fabsf(n[0]) + fabsf(n[1]) + fabsf(n[2]));
-    float u = n[0] * scale, v = n[1] * scale;
-    *x = n[2] >= 0 ? u : copysignf(1 - fabsf(v), u);
-    *y = n[2] >= 0 ? v : copysignf(1 - fabsf(u), v);
-}
 
 static bool moves(const struct ng_snapshot *s, const struct ng_snapshot_instance *in)
 {
     return s->meshes[in->mesh].dynamic || memcmp(in->matrix, in->previous_matrix, sizeof in->matrix) != 0;
 }
 
-// In pixels, from where the camera of the frame before saw the point.
-static void find_motion(const struct drawing *d, const struct lf_hit *hit, const float position[3],
-                        const uint32_t pixel[2], float out[2])
+static void find_before(const struct drawing *d, const struct lf_hit *hit, int lane, struct lf_finish *out)
 {
-    const float *view = d->snapshot->camera.previous_view;
-    float before[3], eye[3];
-    memcpy(before, position, sizeof before);
+    float before[3] = {hit->position[0], hit->position[1], hit->position[2]};
     if (moves(d->snapshot, &d->snapshot->instances[hit->instance]))
         lf_surface_previous(d->job->tracer, hit, before);
-    for (int i = 0; i < 3; i++)
-        eye[i] = view[i] * before[0] + view[4 + i] * before[1] + view[8 + i] * before[2] + view[12 + i];
-    float ahead = d->view.parallel ? 1 : -eye[2];
-    out[0] = (float)pixel[0] + 0.5f - (0.5f * (float)d->view.width + eye[0] / ahead * d->pixels[0]);
-    out[1] = (float)pixel[1] + 0.5f - (0.5f * (float)d->view.height - eye[1] / ahead * d->pixels[1]);
+    for (int k = 0; k < 3; k++)
+        out->before[k][lane] = before[k];
 }
 
-static void find_surface(const struct drawing *d, const struct lf_hit *hit, const float direction[3],
-                         struct lf_surface *out)
+static void find_surface(const struct drawing *d, const struct lf_hit *hit, struct lf_surface *out)
 {
     const struct lf_tracer *tracer = d->job->tracer;
     struct lf_footprint footprint;
@@ -73,10 +51,9 @@ static void find_surface(const struct drawing *d, const struct lf_hit *hit, cons
         lf_view_steps(&d->view, hit->position, hit->normal, right, down);
         lf_footprint_find(tracer, hit, right, down, &footprint);
     }
-    lf_surface_at_pixel(tracer, hit, direction, textured ? &footprint : NULL, out);
+    lf_surface_unsettled(tracer, hit, textured ? &footprint : NULL, out);
 }
 
-// Member by member, four at a time.
 static void put(float to[4], const float xyz[3], float w)
 {
     to[0] = xyz[0];
@@ -85,35 +62,33 @@ static void put(float to[4], const float xyz[3], float w)
     to[3] = w;
 }
 
-static void draw_surface(const struct drawing *d, const struct lf_tile *tile, const uint32_t pixel[2],
-                         int lane, struct texels *texels)
+static void draw_surface(const struct drawing *d, const struct lf_hit *hit, size_t at, int lane,
+                         struct lf_finish *out)
 {
     const struct lf_raycast_picture *p = &d->job->picture;
-    const struct lf_hit *hit = &tile->hits[lane];
-    const float direction[3] = {tile->direction[0][lane], tile->direction[1][lane], tile->direction[2][lane]};
-    size_t at = (size_t)pixel[1] * p->width + pixel[0];
     struct lf_surface s;
-    float x, y;
-    find_surface(d, hit, direction, &s);
-    set_octahedral(s.flat_normal, &x, &y);
-    put(texels->normal[lane], s.normal, s.roughness);
-    put(texels->diffuse[lane], s.albedo, x);
-    put(texels->specular[lane], s.f0, y);
-    for (int c = 0; c < 3; c++)
-        s.emission[c] = lf_min(s.emission[c], NG_RADIANCE_MAX);
+    find_surface(d, hit, &s);
+    find_before(d, hit, lane, out);
+    out->shown[lane] = 1;
+    out->side[lane] = s.front ? 1 : -1;
+    out->roughness[lane] = s.roughness;
+    for (int k = 0; k < 3; k++) {
+        out->normal[k][lane] = s.normal[k];
+        out->flat[k][lane] = s.flat_normal[k];
+        out->albedo[k][lane] = s.albedo[k];
+        out->f0[k][lane] = s.f0[k];
+        s.emission[k] = lf_min(s.emission[k], NG_RADIANCE_MAX);
+    }
     put(p->position + 4 * at, s.position, s.unlit ? -1 : 1);
     put(p->emission + 4 * at, s.emission, d->lamps ? 1 : 0);
-    find_motion(d, hit, s.position, pixel, p->motion + 2 * at);
     p->entity[at] = ng_entity_index(d->snapshot->instances[hit->instance].entity);
 }
 
 // Where is no surface.
-static void draw_background(const struct drawing *d, const struct lf_tile *tile, const uint32_t pixel[2],
-                            int lane, struct texels *texels)
+static void draw_background(const struct drawing *d, const struct lf_tile *tile, size_t at, int lane)
 {
     static const float none[3];
     const struct lf_raycast_picture *p = &d->job->picture;
-    size_t at = (size_t)pixel[1] * p->width + pixel[0];
     float sky[3] = {0, 0, 0};
     if (d->snapshot->environment != NG_NONE) {
         struct ng_light_hit hit = {.distance = INFINITY};
@@ -121,14 +96,10 @@ static void draw_background(const struct drawing *d, const struct lf_tile *tile,
             hit.direction[k] = tile->direction[k][lane];
         ng_light_seen_at(&d->snapshot->lights[d->snapshot->environment].source, &hit, sky);
     }
-    for (int c = 0; c < 3; c++)
-        sky[c] = lf_min(sky[c], NG_RADIANCE_MAX);
-    put(texels->normal[lane], none, 0);
-    put(texels->diffuse[lane], none, 0);
-    put(texels->specular[lane], none, 0);
+    for (int k = 0; k < 3; k++)
+        sky[k] = lf_min(sky[k], NG_RADIANCE_MAX);
     put(p->position + 4 * at, none, 0);
     put(p->emission + 4 * at, sky, 0);
-    p->motion[2 * at] = p->motion[2 * at + 1] = 0;
     p->entity[at] = 0;
 }
 
@@ -154,48 +125,71 @@ static bool is_written(const struct drawing *d, const struct lf_tile *tile, int 
                                                 drawn_distance(d, tile, lane, pixel) * (1 + SAME_DISTANCE));
 }
 
-static void prefetch(const struct lf_tracer *tracer, const struct lf_tile *tile)
+static struct lf_finish_view finish_view(const struct drawing *d, uint32_t x, uint32_t y)
 {
-    for (int stage = 0; stage < 2; stage++)
-        for (int i = 0; i < LF_PACKET; i++)
-            if (tile->met[i])
-                lf_surface_prefetch(tracer, &tile->hits[i], stage);
+    const struct lf_view *v = &d->view;
+    struct lf_finish_view out = {
+        .parallel = v->parallel,
+        .pixels = {d->pixels[0], d->pixels[1]},
+        .middle = {0.5f * (float)v->width - ((float)x + 0.5f), 0.5f * (float)v->height - ((float)y + 0.5f)}};
+    memcpy(out.previous, d->snapshot->camera.previous_view, sizeof out.previous);
+    return out;
 }
 
-static void write_halfs(const struct drawing *d, const struct texels *texels, const bool written[LF_PACKET],
-                        uint32_t x, uint32_t y)
+// The pixels of a tile.
+struct place {
+    size_t at[LF_PACKET];
+    bool written[LF_PACKET], any, surfaces; // surfaces: all are written, and show one
+};
+
+static struct place find_place(const struct drawing *d, const struct lf_tile *tile, uint32_t x, uint32_t y)
 {
-    const struct lf_raycast_picture *p = &d->job->picture;
-    const float *const from[] = {texels->normal[0], texels->diffuse[0], texels->specular[0]};
-    uint16_t *const to[] = {p->normal, p->diffuse, p->specular};
-    for (size_t k = 0; k < NG_COUNT(from); k++) {
-        uint16_t halfs[4 * LF_PACKET];
-        d->kernels->to_halfs(from[k], halfs);
-        for (uint32_t i = 0; i < LF_PACKET; i++) {
-            size_t at = (size_t)(y + i / LF_TILE) * p->width + x + i % LF_TILE;
-            if (written[i])
-                memcpy(to[k] + 4 * at, halfs + (size_t)4 * i, 4 * sizeof *halfs);
-        }
+    struct place place = {.surfaces = true};
+    for (int i = 0; i < LF_PACKET; i++) {
+        const uint32_t pixel[2] = {x + (uint32_t)i % LF_TILE, y + (uint32_t)i / LF_TILE};
+        place.at[i] = (size_t)pixel[1] * d->view.width + pixel[0];
+        place.written[i] = is_written(d, tile, i, pixel);
+        place.any |= place.written[i];
+        place.surfaces &= place.written[i] & tile->met[i];
+    }
+    return place;
+}
+
+static void store(const struct lf_raycast_picture *p, const struct place *place,
+                  const struct lf_finished *done)
+{
+    for (int i = 0; i < LF_PACKET; i++) {
+        size_t at = place->at[i];
+        if (!place->written[i])
+            continue;
+        memcpy(p->normal + 4 * at, &done->normal[i], sizeof done->normal[i]);
+        memcpy(p->diffuse + 4 * at, &done->diffuse[i], sizeof done->diffuse[i]);
+        memcpy(p->specular + 4 * at, &done->specular[i], sizeof done->specular[i]);
+        p->motion[2 * at] = done->motion[0][i];
+        p->motion[2 * at + 1] = done->motion[1][i];
     }
 }
 
 static void draw_tile(const struct drawing *d, uint32_t x, uint32_t y)
 {
     struct lf_tile tile;
-    struct texels texels = {0};
-    bool written[LF_PACKET], any = false;
+    struct lf_finish surfaces;
+    struct lf_finished done;
     lf_trace_tile(d->job->tracer, &d->view, x, y, d->lamps, &tile);
-    prefetch(d->job->tracer, &tile);
+    const struct place place = find_place(d, &tile, x, y);
+    if (!place.any)
+        return;
+    if (!place.surfaces) // seldom: zeroing is not for nothing
+        memset(&surfaces, 0, sizeof surfaces);
     for (int i = 0; i < LF_PACKET; i++) {
-        const uint32_t pixel[2] = {x + (uint32_t)i % LF_TILE, y + (uint32_t)i / LF_TILE};
-        any |= written[i] = is_written(d, &tile, i, pixel);
-        if (written[i] && tile.met[i])
-            draw_surface(d, &tile, pixel, i, &texels);
-        else if (written[i])
-            draw_background(d, &tile, pixel, i, &texels);
+        if (place.written[i] && tile.met[i])
+            draw_surface(d, &tile.hits[i], place.at[i], i, &surfaces);
+        else if (place.written[i])
+            draw_background(d, &tile, place.at[i], i);
     }
-    if (any)
-        write_halfs(d, &texels, written, x, y);
+    const struct lf_finish_view view = finish_view(d, x, y);
+    d->kernels->finish(&surfaces, tile.direction, &view, &done);
+    store(&d->job->picture, &place, &done);
 }
 
 static void draw_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -214,7 +208,7 @@ static struct drawing begin(const struct lf_raycast_job *job, bool lamps)
     const struct lf_raycast_picture *p = &job->picture;
     struct drawing d = {.job = job,
                         .snapshot = lf_tracer_snapshot(job->tracer),
-                        .kernels = lf_pack_kernels_of(0),
+                        .kernels = lf_finish_kernels_of(0),
                         .end = {p->width, p->height},
                         .lamps = lamps};
     d.view = lf_view_of(&d.snapshot->camera, p->width, p->height);

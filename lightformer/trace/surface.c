@@ -143,7 +143,8 @@ static void transform_tangent(const float matrix[12], float tangent4[4])
         tangent4[3] = -tangent4[3];
 }
 
-static void find_shading_normal(const struct place *p, struct lf_surface *out)
+// Of the vertices, of any length; with the normal map, if there is one, of length 1.
+static void find_shading_normal(const struct place *p, float normal[3])
 {
     const struct ng_snapshot *s = lf_tracer_snapshot(p->tracer);
     const struct lf_instance *in = p->in;
@@ -152,16 +153,14 @@ static void find_shading_normal(const struct place *p, struct lf_surface *out)
     const float *to_world = in->normal_matrix;
     float own[3], tangent[4], texel[4];
     interpolate(in->mesh, in->mesh->normals, 3, hit->triangle, hit->barycentric, own);
-    float n[3] = {lf_dot(to_world, own), lf_dot(to_world + 3, own), lf_dot(to_world + 6, own)};
-    if (!lf_normalize(n))
-        return;
-    memcpy(out->normal, n, sizeof n);
-    if (m->textures[NG_TEXTURE_NORMAL].image == NG_NONE)
+    for (size_t i = 0; i < 3; i++)
+        normal[i] = lf_dot(to_world + 3 * i, own);
+    if (m->textures[NG_TEXTURE_NORMAL].image == NG_NONE || !lf_normalize(normal))
         return;
     interpolate(in->mesh, in->mesh->tangents, 4, hit->triangle, hit->barycentric, tangent);
     transform_tangent(s->instances[hit->instance].matrix, tangent);
     read_texture(p, NG_TEXTURE_NORMAL, texel);
-    bend_normal(texel, m->normal_scale, tangent, out->normal);
+    bend_normal(texel, m->normal_scale, tangent, normal);
 }
 
 // Factors times texels.
@@ -235,8 +234,10 @@ void lf_instance_read(const struct ng_snapshot *snapshot, uint32_t index, struct
 }
 
 // As surface_settle in engine/shaders/surface.frag.glsl. A triangle without an area has no normal.
-static void settle_normals(struct lf_surface *s)
+static void settle_normals(bool unit, struct lf_surface *s)
 {
+    if (!unit && !lf_normalize(s->normal))
+        memcpy(s->normal, s->flat_normal, sizeof s->normal);
     if (!(lf_dot(s->flat_normal, s->flat_normal) > 0.5f))
         memcpy(s->flat_normal, s->normal, sizeof s->normal);
     if (!(lf_dot(s->flat_normal, s->normal) > NG_NORMAL_CONTRADICTION))
@@ -300,6 +301,7 @@ void lf_surface_prefetch(const struct lf_tracer *tracer, const struct lf_hit *hi
     }
 }
 
+// All but its normals, which are of the front and not settled.
 static void find_surface(const struct place *p, struct lf_surface *out)
 {
     const struct lf_instance *in = p->in;
@@ -315,13 +317,10 @@ static void find_surface(const struct place *p, struct lf_surface *out)
     }
     bool look_up = in->textured && in->shape == LF_SHAPE_TRIANGLES; // what is not read is not waited for
     if (in->shape == LF_SHAPE_TRIANGLES)
-        find_shading_normal(p, out);
+        find_shading_normal(p, out->normal);
     if (look_up)
         find_textured_look(p, &textured);
     set_look(look_up ? &textured : &in->plain, out);
-    settle_normals(out);
-    if (!hit->front)
-        turn_over(out);
 }
 
 static void set_dark(struct lf_surface *s)
@@ -332,7 +331,12 @@ static void set_dark(struct lf_surface *s)
 void lf_surface_at(const struct lf_tracer *tracer, const struct lf_hit *hit, struct lf_surface *out)
 {
     const struct place place = {tracer, lf_tracer_instance(tracer, hit->instance), hit, NULL};
+    bool unit = place.in->shape != LF_SHAPE_TRIANGLES ||
+                place.in->material->textures[NG_TEXTURE_NORMAL].image != NG_NONE;
     find_surface(&place, out);
+    settle_normals(unit, out);
+    if (!hit->front)
+        turn_over(out);
     if (out->light != NG_NONE || lf_surface_is_backless(out))
         set_dark(out);
 }
@@ -395,12 +399,11 @@ bool lf_surface_is_textured(const struct lf_tracer *tracer, const struct lf_hit 
     return in->textured && in->shape == LF_SHAPE_TRIANGLES;
 }
 
-void lf_surface_at_pixel(const struct lf_tracer *tracer, const struct lf_hit *hit, const float direction[3],
-                         const struct lf_footprint *footprint, struct lf_surface *out)
+void lf_surface_unsettled(const struct lf_tracer *tracer, const struct lf_hit *hit,
+                          const struct lf_footprint *footprint, struct lf_surface *out)
 {
     const struct place place = {tracer, lf_tracer_instance(tracer, hit->instance), hit, footprint};
     find_surface(&place, out);
-    lift(direction, out);
     if (lf_surface_is_backless(out))
         set_dark(out);
 }

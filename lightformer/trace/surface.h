@@ -36,11 +36,11 @@ struct lf_footprint {
 void lf_footprint_find(const struct lf_tracer *tracer, const struct lf_hit *hit, const float right[3],
                        const float down[3], struct lf_footprint *out);
 bool lf_surface_is_textured(const struct lf_tracer *tracer, const struct lf_hit *hit);
-// What the pixel of a ray along `direction` shows there, as the G-buffer has it: as lf_surface_seen_at, but
-// textures are filtered over the footprint (null: level 0), and emission is the material's on surfaces of
-// lights, too.
-void lf_surface_at_pixel(const struct lf_tracer *tracer, const struct lf_hit *hit, const float direction[3],
-                         const struct lf_footprint *footprint, struct lf_surface *out);
+// What a pixel shows there, as the G-buffer has it: textures are filtered over the footprint (null: level 0),
+// and emission is the material's on surfaces of lights, too. Normals are of the front, the shading normal of
+// any length: whoever asks for many settles, turns and lifts them at once, as lf_surface_seen_at does.
+void lf_surface_unsettled(const struct lf_tracer *tracer, const struct lf_hit *hit,
+                          const struct lf_footprint *footprint, struct lf_surface *out);
 // False if the surface there is no light's emitter and shows no radiance of its own, so that whoever only
 // wants to know that need not ask for all of it.
 bool lf_surface_may_shine(const struct lf_tracer *tracer, const struct lf_hit *hit);

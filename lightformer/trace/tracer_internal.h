@@ -38,7 +38,7 @@ struct lf_alpha {
     float level; // that the texel is of
 };
 // No more of the hit than instance, triangle and barycentric coordinates counts. `footprint`: as in
-// lf_surface_at_pixel.
+// lf_surface_unsettled.
 struct lf_alpha lf_surface_alpha(const struct lf_tracer *tracer, const struct lf_hit *hit,
                                  const struct lf_footprint *footprint);
 

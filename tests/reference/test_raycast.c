@@ -3,7 +3,9 @@
 #include "views.h"
 
 #include "app/stage.h"
+#include "base/rng.h"
 #include "components/transform.h"
+#include "lightformer/raycast/finish.h"
 #include "lightformer/raycast/raycast.h"
 #include "scene/world.h"
 
@@ -264,6 +266,59 @@ static void test_threads(void **state)
     close_artist(&many);
 }
 
+static void make_direction(struct ng_rng *rng, int lane, float out[3][LF_PACKET])
+{
+    float v[3], square = 0;
+    for (int k = 0; k < 3; k++) {
+        v[k] = ng_rng_range(rng, -1, 1) + 1e-3f;
+        square += v[k] * v[k];
+    }
+    for (int k = 0; k < 3; k++)
+        out[k][lane] = v[k] / sqrtf(square);
+}
+
+// Numbers of a tile, of which some are what surfaces seldom have: no normal, no area, the back.
+static void make_tile(struct ng_rng *rng, struct lf_finish *tile, float direction[3][LF_PACKET])
+{
+    for (int i = 0; i < LF_PACKET; i++) {
+        make_direction(rng, i, tile->flat);
+        make_direction(rng, i, direction);
+        tile->shown[i] = ng_rng_below(rng, 4) > 0;
+        tile->side[i] = ng_rng_below(rng, 3) ? 1 : -1;
+        tile->roughness[i] = ng_rng_float(rng);
+        bool flat = ng_rng_below(rng, 8) > 0, smooth = !flat || ng_rng_below(rng, 8) > 0;
+        for (int k = 0; k < 3; k++) {
+            tile->normal[k][i] = smooth ? ng_rng_range(rng, -2, 2) : 0;
+            tile->flat[k][i] = flat ? tile->flat[k][i] : 0;
+            tile->albedo[k][i] = ng_rng_float(rng);
+            tile->f0[k][i] = ng_rng_float(rng);
+            tile->before[k][i] = ng_rng_range(rng, -9, 9);
+        }
+    }
+}
+
+static void test_instruction_sets(void **state)
+{
+    (void)state;
+    struct ng_rng rng = ng_rng_make(5, 0);
+    for (int round = 0; round < 200; round++) {
+        struct lf_finish tile;
+        struct lf_finish_view view = {.pixels = {300, 200},
+                                      .middle = {7, -3},
+                                      .parallel = round % 2,
+                                      .previous = {1, 0, 0, 0, 0, 0.8f, 0.6f}};
+        struct lf_finished first, other;
+        float direction[3][LF_PACKET];
+        view.previous[14] = 0.1f;
+        make_tile(&rng, &tile, direction);
+        lf_finish_kernels_of(0)->finish(&tile, direction, &view, &first);
+        for (uint32_t k = 1; lf_finish_kernels_of(k); k++) {
+            lf_finish_kernels_of(k)->finish(&tile, direction, &view, &other);
+            assert_memory_equal(&first, &other, sizeof first);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_every_unit_scene),
@@ -272,6 +327,7 @@ int main(void)
                                        cmocka_unit_test(test_sizes),
                                        cmocka_unit_test(test_chess),
                                        cmocka_unit_test(test_lamps),
-                                       cmocka_unit_test(test_threads)};
+                                       cmocka_unit_test(test_threads),
+                                       cmocka_unit_test(test_instruction_sets)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
