@@ -17,17 +17,6 @@ struct kind {
     void (*damage)(struct bytes *b, struct ng_rng *r);
 };
 
-static struct bytes read_file(const char *path)
-{
-    struct bytes b = {0};
-    void *data;
-    size_t size;
-    assert_int_equal(ng_file_read(path, 0, &data, &size), NG_OK);
-    bytes_splice(&b, 0, 0, data, size);
-    free(data);
-    return b;
-}
-
 // ---- OBJ, MTL and catalogues ----------------------------------------------------------------------------
 
 // The library of a model that is whole.
@@ -43,7 +32,7 @@ static ng_result read_library(const char *path)
 
 static void write_library(const char *path)
 {
-    struct bytes b = read_file("tests/files/good/objects.mtl");
+    struct bytes b = bytes_read("tests/files/good/objects.mtl");
     assert_int_equal(ng_file_write(path, b.data.items, b.data.count), NG_OK);
     ng_array_finish(&b.data);
 }
@@ -51,7 +40,7 @@ static void write_library(const char *path)
 // A catalogue with these properties, whose checksums are right.
 static ng_result read_properties(const char *path)
 {
-    struct bytes b = read_file(path);
+    struct bytes b = bytes_read(path);
     char catalogue[512], piece[520];
     snprintf(catalogue, sizeof catalogue, "%.*smade.sh3f", (int)(ng_path_name(path) - path), path);
     made_catalogue(catalogue, b.data.items, b.data.count);
@@ -64,7 +53,7 @@ static ng_result read_properties(const char *path)
 
 static ng_result read_picture(const char *path)
 {
-    struct bytes b = read_file(path);
+    struct bytes b = bytes_read(path);
     struct ng_image image;
     struct ng_image_params params = {.max_memory = 1 << 24};
     ng_result r = ng_image_decode(path, b.data.items, b.data.count, &params, &image);
@@ -153,7 +142,7 @@ static void read_seeds(struct bytes out[NG_COUNT(seeds)])
             seeds[i].write(path);
         }
         assert_int_equal(seeds[i].kind->read(path), NG_OK);
-        out[i] = read_file(path);
+        out[i] = bytes_read(path);
     }
 }
 

@@ -1,5 +1,7 @@
 #include "mutate.h"
 
+#include "base/file.h"
+
 void bytes_splice(struct bytes *b, size_t at, size_t removed, const void *put, size_t size)
 {
     size_t rest = b->data.count - at - removed;
@@ -11,6 +13,17 @@ void bytes_splice(struct bytes *b, size_t at, size_t removed, const void *put, s
     memcpy(b->data.items + at, copy, size);
     b->data.count = at + size + rest;
     free(copy);
+}
+
+struct bytes bytes_read(const char *path)
+{
+    struct bytes b = {0};
+    void *data;
+    size_t size;
+    assert_int_equal(ng_file_read(path, 0, &data, &size), NG_OK);
+    bytes_splice(&b, 0, 0, data, size);
+    free(data);
+    return b;
 }
 
 // ---- bytes -----------------------------------------------------------------------------------------------

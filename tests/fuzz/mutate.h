@@ -10,6 +10,7 @@ struct bytes {
     NG_ARRAY(unsigned char) data;
 };
 
+struct bytes bytes_read(const char *path);
 // Replaces `removed` bytes at a place.
 void bytes_splice(struct bytes *b, size_t at, size_t removed, const void *put, size_t size);
 // Bits, bytes, lengths, cuts, blocks twice or not at all.

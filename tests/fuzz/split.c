@@ -35,12 +35,10 @@ static bool take_uri(struct bytes *json, size_t *at, unsigned char **data, size_
 
 void split_read(const char *path, struct split *out)
 {
-    void *text;
     unsigned char *data;
     size_t size, at = 0;
-    *out = (struct split){0};
-    assert_int_equal(ng_file_read(path, 0, &text, &size), NG_OK);
-    append(&out->json, text, size + 1);
+    *out = (struct split){.json = bytes_read(path)};
+    append(&out->json, "", 1);
     while (take_uri(&out->json, &at, &data, &size)) {
         struct bytes picture = {0};
         if (is_picture(data, size)) {
@@ -52,7 +50,6 @@ void split_read(const char *path, struct split *out)
         free(data);
     }
     out->json.data.count--;
-    free(text);
 }
 
 void split_finish(struct split *s)
