@@ -7,6 +7,7 @@
 #include "components/material.h"
 #include "components/mesh.h"
 #include "components/transform.h"
+#include "lightformer/trace/view.h"
 #include "scene/world.h"
 
 #include <math.h>
@@ -175,6 +176,36 @@ static bool same_in_all_ways(const struct twins *w, const struct lf_ray *rays, i
     return same;
 }
 
+// What the camera sees in a picture: of the twins, and ray by ray.
+static void expect_the_same_view(const struct twins *w, bool parallel)
+{
+    enum { WIDTH = 50, HEIGHT = 37 };
+    struct ng_snapshot_camera camera = w->scene.snapshot->camera;
+    camera.orthographic = parallel;
+    camera.height = 4;
+    const struct lf_view view = lf_view_of(&camera, WIDTH, HEIGHT);
+    int others = 0, alone = 0, hits = 0;
+    for (uint32_t y = 0; y < HEIGHT; y += LF_TILE)
+        for (uint32_t x = 0; x < WIDTH; x += LF_TILE) {
+            struct lf_tile a, b;
+            lf_trace_tile(w->scene.tracer, &view, x, y, false, &a);
+            lf_trace_tile(w->shared, &view, x, y, false, &b);
+            for (uint32_t i = 0; i < LF_PACKET; i++) {
+                const uint32_t pixel[2] = {x + i % LF_TILE, y + i / LF_TILE};
+                const struct lf_ray ray = lf_view_ray(&view, pixel[0], pixel[1]);
+                struct lf_hit hit;
+                bool inside = pixel[0] < WIDTH && pixel[1] < HEIGHT;
+                bool met = inside && lf_trace_pixel(w->scene.tracer, &ray, LF_RAY_CAMERA, pixel, &hit);
+                hits += a.met[i];
+                others += a.met[i] != b.met[i] || (a.met[i] && !same_hit(&a.hits[i], &b.hits[i]));
+                alone += a.met[i] != met || (met && !same_hit(&a.hits[i], &hit));
+            }
+        }
+    assert_true(hits > WIDTH * HEIGHT / 8);
+    if (others > 4 || alone > 4)
+        fail_msg("%d of %d pixels show other things, and %d ray by ray", others, hits, alone);
+}
+
 // But for rays along edges, where rounding decides.
 static void expect_the_same(struct twins *w)
 {
@@ -188,6 +219,8 @@ static void expect_the_same(struct twins *w)
     assert_true(hits > RAYS / 4);
     if (others > 1)
         fail_msg("%d of %d packets meet other things", others, RAYS / LF_PACKET);
+    expect_the_same_view(w, false);
+    expect_the_same_view(w, true);
 }
 
 static void test_shared_meshes_are_met_as_flattened_ones(void **state)

@@ -466,6 +466,40 @@ static void test_textures_are_filtered_as_the_device_does(void **state)
     NEAR(rgba[1], 0.2158605 / 2, 1e-5); // decoded, then filtered
 }
 
+// A red texel of the level that a step of so many texels asks for: 0, 0.5, 1 at levels 0, 1, 2.
+static void expect_level(struct ng_image *image, const float step[2], float level, float red)
+{
+    struct lf_srgb srgb;
+    float rgba[4];
+    lf_srgb_make(&srgb);
+    const float uv[2] = {0.5f, 0.5f}, along[2] = {step[0] / 4, step[1] / 4}, across[2] = {0.1f / 4, 0};
+    NEAR(lf_texture_seen(&srgb, image, uv, along, across, rgba), level, 1e-5);
+    NEAR(rgba[0], red, 1e-5);
+    lf_texture_seen(&srgb, image, uv, across, along, rgba); // the longer step decides
+    NEAR(rgba[0], red, 1e-5);
+}
+
+static void test_pixels_see_smaller_levels(void **state)
+{
+    (void)state;
+    float texels[4 * (16 + 4 + 1)] = {0};
+    for (int i = 0; i < 16 + 4 + 1; i++)
+        texels[4 * i] = i < 16 ? 0 : i < 20 ? 0.5f : 1;
+    struct ng_image image = {
+        .width = 4, .height = 4, .levels = 3, .format = NG_PIXEL_RGBA32F, .pixels = texels};
+    expect_level(&image, (const float[2]){0.5f, 0}, 0, 0); // texels are larger than pixels
+    expect_level(&image, (const float[2]){1, 0}, 0, 0);
+    expect_level(&image, (const float[2]){0, 2}, 1, 0.5f);
+    expect_level(&image, (const float[2]){2, 2}, 1.5f, 0.75f);
+    expect_level(&image, (const float[2]){100, 0}, 2, 1); // the smallest
+    expect_level(&image, (const float[2]){NAN, 0}, 0, 0);
+    image.sampling.mips = NG_MIP_NEAREST;
+    expect_level(&image, (const float[2]){2.7f, 0}, 1, 0.5f);
+    expect_level(&image, (const float[2]){2.9f, 0}, 2, 1);
+    image.sampling.mips = NG_MIP_NONE;
+    expect_level(&image, (const float[2]){100, 0}, 0, 0);
+}
+
 // Closest hits of many rays, as numbers that can be compared.
 static void shoot(const struct scene *s, float *distances, uint32_t count)
 {
@@ -802,6 +836,7 @@ int main(void)
         cmocka_unit_test(test_blended_surfaces_stop_their_part),
         cmocka_unit_test(test_lights_have_exact_shapes),
         cmocka_unit_test(test_textures_are_filtered_as_the_device_does),
+        cmocka_unit_test(test_pixels_see_smaller_levels),
         cmocka_unit_test(test_updates_follow_what_moved),
         cmocka_unit_test(test_only_what_moved_is_touched),
         cmocka_unit_test(test_entities_without_surfaces_cost_nothing),
