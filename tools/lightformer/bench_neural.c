@@ -16,6 +16,7 @@
 #include "base/system.h"
 #include "components/components.h"
 #include "components/transform.h"
+#include "lightformer/methods/methods.h"
 #include "lightformer/neural/neural.h"
 #include "lightformer/reference/reference.h"
 
@@ -40,40 +41,28 @@
 struct subject {
     const struct bench_neural_params *params;
     struct ng_stage *stage;
-    struct lf_neural *neural;
+    struct lf_method *neural;
     uint32_t frame;
     NG_ARRAY(uint64_t) runs; // of each pass, before the last frame
 };
 
 static void close_subject(struct subject *s)
 {
-    lf_neural_destroy(&s->neural);
+    lf_method_destroy(&s->neural);
     ng_stage_destroy(&s->stage);
     ng_array_finish(&s->runs);
 }
 
-// The weights that were named, or else the scene's own, whose path goes to `found`.
-static ng_result find_weights(const struct bench_neural_params *params, char *found, size_t size,
-                              const char **out)
-{
-    *out = params->weights;
-    if (!*out && lf_neural_find_weights(params->scene, found, size))
-        *out = found;
-    if (*out)
-        return NG_OK;
-    ng_log_error("%s: there are no weights beside it; name some with --weights", params->scene);
-    return NG_ERROR_NOT_FOUND;
-}
-
 static ng_result join(struct subject *s)
 {
-    char found[4096];
-    struct lf_neural_params params = {.jobs = s->stage->jobs,
-                                      .gbuffer = (enum lf_raycast_use)s->params->gbuffer};
-    NG_TRY(find_weights(s->params, found, sizeof found, &params.weights));
     ng_graph_ignore_keys(ng_renderer_graph(s->stage->renderer), true); // everything, in every frame
-    NG_TRY(lf_neural_create(&params, &s->neural));
-    return lf_neural_join(s->neural, ng_renderer_composer(s->stage->renderer));
+    return lf_method_create(&(struct lf_method_params){.name = LF_NEURAL_METHOD,
+                                                       .composer = ng_renderer_composer(s->stage->renderer),
+                                                       .jobs = s->stage->jobs,
+                                                       .scene = s->params->scene,
+                                                       .weights = s->params->weights,
+                                                       .gbuffer = (enum lf_raycast_use)s->params->gbuffer},
+                            &s->neural);
 }
 
 static ng_result open_subject(const struct bench_neural_params *params, struct subject *s)
@@ -596,7 +585,11 @@ static ng_result measure_products(const struct bench_neural_params *params, stru
                                    .lights = NET_LIGHTS,
                                    .frames = rounds_of(params),
                                    .threads = params->threads};
-    NG_TRY(find_weights(params, found, sizeof found, &net.network));
+    if (params->weights)
+        net.network = params->weights;
+    else if (lf_neural_find_weights(params->scene, found, sizeof found))
+        net.network = found;
+    NG_REQUIRE(net.network, "the frames before this had weights");
     return bench_net_measure_shares(&net, &out->products);
 }
 

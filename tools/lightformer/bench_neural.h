@@ -16,7 +16,7 @@ struct opening;
 struct bench_neural_params {
     const char *scene, *device, *weights; // weights: a path, or null: the scene's own
     const struct opening *opening;
-    uint32_t gbuffer; // of method_gbuffers (methods.h)
+    uint32_t gbuffer; // of method_gbuffers (method_options.h)
     uint32_t threads, width, height;
     uint32_t frames; // of each measurement
     bool budget;     // only what a frame takes: no growth, memory, first picture, network by itself

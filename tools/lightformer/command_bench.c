@@ -19,6 +19,7 @@
 #include "base/printable.h"
 #include "base/system.h"
 #include "gpu/device.h"
+#include "lightformer/methods/methods.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -201,7 +202,7 @@ static ng_result measure_frame(const struct bench *b, struct ng_stage *stage, ui
         .time = n / CLI_FRAMES_A_SECOND,
         .width = b->size.width,
         .height = b->size.height,
-        .method = method_bench_name(b->method),
+        .method = lf_method_name(b->method),
     };
     uint64_t start = ng_clock_ns();
     NG_TRY(ng_stage_draw(stage, &frame));
@@ -384,26 +385,28 @@ static void write_report(const struct bench *b, const struct report *r)
 
 // The stage and the method that is measured on it.
 struct subject {
-    const struct method *method;
     struct ng_stage *stage;
-    void *state;
+    struct lf_method *method;
 };
 
 static void close_subject(struct subject *s)
 {
-    method_close(s->method, &s->state);
+    lf_method_destroy(&s->method);
     ng_stage_destroy(&s->stage);
 }
 
 static ng_result open_subject(const struct bench *b, const struct ng_stage_params *stage, struct subject *s)
 {
-    *s = (struct subject){.method = method_of(METHOD_BENCH, b->method)};
+    *s = (struct subject){0};
     NG_TRY(ng_stage_create(stage, &s->stage));
     ng_result result =
-        method_open(s->method,
-                    &(struct method_params){
-                        .stage = s->stage, .scene = b->scene, .weights = b->weights, .gbuffer = b->gbuffer},
-                    &s->state);
+        lf_method_create(&(struct lf_method_params){.name = lf_method_name(b->method),
+                                                    .composer = ng_renderer_composer(s->stage->renderer),
+                                                    .jobs = s->stage->jobs,
+                                                    .scene = b->scene,
+                                                    .weights = b->weights,
+                                                    .gbuffer = (enum lf_raycast_use)b->gbuffer},
+                         &s->method);
     if (result != NG_OK)
         close_subject(s);
     return result;
@@ -471,7 +474,7 @@ static void add_neural_ratios(struct report *r)
 
 static bool is_neural(const struct bench *b)
 {
-    return strcmp(method_bench_name(b->method), "neural") == 0;
+    return strcmp(lf_method_name(b->method), "neural") == 0;
 }
 
 static ng_result measure_frames(const struct bench *b)
@@ -498,7 +501,7 @@ static ng_result measure_frames(const struct bench *b)
 static int run(const void *args)
 {
     struct bench values = *(const struct bench *)args, *b = &values;
-    values.method = method_choose(METHOD_BENCH, values.method, values.scene, values.weights);
+    values.method = method_choose(method_bench_option(values.method), values.scene, values.weights);
     if ((b->weights || b->gbuffer) && !is_neural(b)) {
         fprintf(stderr, "lightformer bench: %s needs --method neural\n",
                 b->weights ? "--weights" : "--gbuffer");

@@ -18,6 +18,7 @@
 #include "components/camera.h"
 #include "components/components.h"
 #include "lightformer/dataset/sampler.h"
+#include "lightformer/methods/methods.h"
 #include "lightformer/neural/neural.h"
 #include "scene/world.h"
 
@@ -45,13 +46,13 @@ static const char *const samplers[] = {
 
 static bool is_reference(const struct render *r)
 {
-    return strcmp(method_render_name(r->method), "reference") == 0;
+    return strcmp(lf_method_name(r->method), "reference") == 0;
 }
 
 // Whether a method makes a layer: the reference has its own, the others those of the renderer.
 static bool makes(uint32_t method, const char *layer)
 {
-    const struct method *m = method_of(METHOD_RENDER, method);
+    const struct lf_method_info *m = lf_method_info(method);
     if (strcmp(m->name, "reference") == 0)
         return lf_reference_find_layer(layer) != NULL;
     return ng_renderer_find_layer(layer) && (m->indirect || strcmp(layer, "indirect") != 0);
@@ -86,7 +87,7 @@ static const struct cli_option options[] = {
      .offset = offsetof(struct render, outputs),
      .value = "OUT",
      .doc = "where to write, .exr or .png; may be given more than once"},
-    CLI_METHOD(struct render, method_render_option),
+    CLI_METHOD(struct render, method_option),
     CLI_WEIGHTS(struct render),
     CLI_GBUFFER(struct render),
     CLI_PIXELS(struct render, "512x512"),
@@ -201,8 +202,7 @@ struct job {
     const struct render *render;
     struct cli_files files; // what is read and written
     struct ng_stage *stage;
-    const struct method *method;
-    void *method_state;                    // of the renderer's methods
+    struct lf_method *method;              // null for the reference, which takes no renderer
     struct render_reference *reference;    // null for the renderer's methods
     struct lf_scene_sampler *sampler;      // null without --variation
     const char *camera;                    // that pictures are of; null: the scene's first
@@ -231,11 +231,11 @@ static bool check_method(const struct render *r)
 {
     bool asked = r->samples || r->depth || r->sampler || r->seed || r->clamp > 0 || r->antialias ||
                  r->time_limit > 0 || r->resume;
-    if (r->weights && strcmp(method_render_name(r->method), "neural") != 0)
+    if (r->weights && strcmp(lf_method_name(r->method), "neural") != 0)
         return refuse("--weights needs --method neural");
-    if (r->gbuffer && strcmp(method_render_name(r->method), "neural") != 0)
+    if (r->gbuffer && strcmp(lf_method_name(r->method), "neural") != 0)
         return refuse("--gbuffer needs --method neural");
-    if (r->clues.count && strcmp(method_render_name(r->method), "neural") != 0)
+    if (r->clues.count && strcmp(lf_method_name(r->method), "neural") != 0)
         return refuse("--clue needs --method neural");
     if (r->clues.count && r->frames.given)
         return refuse("--clue is of one picture, not of --frames");
@@ -256,8 +256,8 @@ static bool refuse_layer(const struct render *r, const char *layer)
 {
     const char *comma = "", *name;
     fprintf(stderr, "lightformer render: --method %s does not make the layer \"%s\", only",
-            method_render_name(r->method), layer);
-    for (uint32_t i = 0; (name = method_render_name(i)); i++) {
+            lf_method_name(r->method), layer);
+    for (uint32_t i = 0; (name = lf_method_name(i)); i++) {
         if (!makes(i, layer))
             continue;
         fprintf(stderr, "%s --method %s", comma, name);
@@ -341,7 +341,7 @@ static ng_result draw(struct job *job, double time)
         .camera = job->camera,
         .width = job->render->size.width,
         .height = job->render->size.height,
-        .method = job->method->name,
+        .method = lf_method_name(job->render->method),
         .layers = job->wanted,
         .layer_count = job->wanted_count,
         .resources = job->clues.resources,
@@ -627,6 +627,18 @@ static int begin(struct job *job)
     return cli_files_check(&job->files, "render") ? CLI_DONE : CLI_USAGE;
 }
 
+static ng_result open_method(struct job *job)
+{
+    const struct render *r = job->render;
+    return lf_method_create(&(struct lf_method_params){.name = lf_method_name(r->method),
+                                                       .composer = ng_renderer_composer(job->stage->renderer),
+                                                       .jobs = job->stage->jobs,
+                                                       .scene = r->scene,
+                                                       .weights = r->weights,
+                                                       .gbuffer = (enum lf_raycast_use)r->gbuffer},
+                            &job->method);
+}
+
 static ng_result render(struct job *job)
 {
     const struct render *r = job->render;
@@ -634,11 +646,7 @@ static ng_result render(struct job *job)
     if (is_reference(r))
         NG_TRY(open_reference(job));
     else
-        NG_TRY(method_open(
-            job->method,
-            &(struct method_params){
-                .stage = job->stage, .scene = r->scene, .weights = r->weights, .gbuffer = r->gbuffer},
-            &job->method_state));
+        NG_TRY(open_method(job));
     choose_layers(job);
     render_clues_name(&r->clues, &job->clues);
     NG_TRY(choose_camera(job));
@@ -648,7 +656,7 @@ static ng_result render(struct job *job)
         NG_TRY(write_graph(job, r->graph));
     if (r->clues.count)
         NG_TRY(render_clues_write(&r->clues, &job->clues, ng_renderer_graph(job->stage->renderer),
-                                  method_neural(job->method, job->method_state)));
+                                  lf_method_neural(job->method)));
     // The picture is there, but not all that was asked for.
     return render_reference_unsaved(job->reference) ? NG_ERROR_IO : NG_OK;
 }
@@ -656,8 +664,8 @@ static ng_result render(struct job *job)
 static int run(const void *args)
 {
     struct render values = *(const struct render *)args;
-    values.method = method_choose(METHOD_RENDER, values.method, values.scene, values.weights);
-    struct job job = {.render = &values, .method = method_of(METHOD_RENDER, values.method)};
+    values.method = method_choose(method_option(values.method), values.scene, values.weights);
+    struct job job = {.render = &values};
     if (!check_options(job.render))
         return CLI_USAGE;
     int code = begin(&job);
@@ -665,7 +673,7 @@ static int run(const void *args)
     if (code == CLI_DONE && render(&job) != NG_OK)
         code = CLI_FAILED;
     render_reference_destroy(&job.reference);
-    method_close(job.method, &job.method_state);
+    lf_method_destroy(&job.method);
     lf_scene_sampler_destroy(&job.sampler);
     ng_stage_destroy(&job.stage);
     return code;
@@ -678,12 +686,9 @@ bool render_canonical(const struct render_picture *p, char *out, size_t size)
                        .pose = p->pose,
                        .size = p->size,
                        .time = p->time,
+                       .method = lf_method_find(p->method),
                        .samples = p->samples,
                        .opening = p->opening};
-    const char *name;
-    for (uint32_t i = 0; (name = method_render_name(i)); i++)
-        if (strcmp(name, p->method) == 0)
-            r.method = i;
     return cli_canonical(&cli_render_command, &r, out, size);
 }
 

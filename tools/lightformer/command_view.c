@@ -19,6 +19,7 @@
 #include "base/result.h"
 #include "base/system.h"
 #include "editor/ui.h"
+#include "lightformer/methods/methods.h"
 #include "render/display.h"
 
 #include <math.h>
@@ -37,7 +38,7 @@ struct view {
 static const struct cli_option options[] = {
     CLI_SCENE(struct view),
     CLI_PIXELS(struct view, "960x720"),
-    CLI_METHOD(struct view, method_view_option),
+    CLI_METHOD(struct view, method_option),
     CLI_WEIGHTS(struct view),
     {.name = "--layer",
      .kind = CLI_CHOICE,
@@ -61,7 +62,7 @@ static const struct cli_option options[] = {
      .offset = offsetof(struct view, other),
      .value = "NAME",
      .fallback = "reference",
-     .choice = method_view_name,
+     .choice = lf_method_name,
      .doc = "the method to compare with"},
     {.name = "--spp",
      .kind = CLI_COUNT,
@@ -417,7 +418,7 @@ static bool write_command(const struct viewer *v, char *out, size_t size)
     const struct render_picture plain = {.scene = all.scene,
                                          .weights = all.weights,
                                          .pose = pose,
-                                         .method = method_view_name(all.method),
+                                         .method = lf_method_name(all.method),
                                          .size = all.size,
                                          .time = all.time,
                                          .samples = all.samples,
@@ -778,7 +779,7 @@ static int run(const void *args)
     struct view values = *(const struct view *)args;
     if (!opening_check(&values.opening, "view") || !pose_check(values.pose, "view"))
         return CLI_USAGE;
-    values.method = method_choose(METHOD_VIEW, values.method, values.scene, values.weights);
+    values.method = method_choose(method_option(values.method), values.scene, values.weights);
     static struct viewer v; // large
     memset(&v, 0, sizeof v);
     v.args = &values;

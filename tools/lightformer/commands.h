@@ -3,7 +3,7 @@
 #ifndef LIGHTFORMER_COMMANDS_H
 #define LIGHTFORMER_COMMANDS_H
 
-#include "methods.h"
+#include "method_options.h"
 #include "opening.h"
 #include "options.h"
 

@@ -2,6 +2,7 @@
 
 #include "app/clip_menu.h"
 #include "editor/ui.h"
+#include "lightformer/methods/methods.h"
 
 #include <stdio.h>
 
@@ -20,12 +21,11 @@ static void choose_comparison(struct ng_ui *ui, struct view_picture *p)
 
 static void choose_side(struct ng_ui *ui, const char *title, struct view_side *side)
 {
-    const struct method *method;
     const char *name;
     ng_ui_text(ui, "%s", title);
-    for (uint32_t i = 0; (method = method_of(METHOD_VIEW, i)); i++) {
+    for (uint32_t i = 0; (name = lf_method_name(i)); i++) {
         char word[64];
-        snprintf(word, sizeof word, "%c %s", method->key, method->name);
+        snprintf(word, sizeof word, "%u %s", i + 1, name);
         if (i)
             ng_ui_same_line(ui);
         if (ng_ui_choice(ui, title, word, side->method == i))

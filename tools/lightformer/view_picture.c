@@ -1,5 +1,7 @@
 #include "view_picture.h"
 
+#include "lightformer/methods/methods.h"
+
 #include <math.h>
 
 #define DIVIDER_STEP 0.05f
@@ -24,9 +26,8 @@ static void choose_method(struct view_picture *p, uint32_t method)
 
 static void choose_by_key(struct view_picture *p, const struct ng_input *input)
 {
-    const struct method *m;
-    for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++)
-        if (input->pressed[(int)m->key])
+    for (uint32_t i = 0; i < LF_METHODS; i++)
+        if (input->pressed['1' + i])
             choose_method(p, i);
 }
 
@@ -79,7 +80,7 @@ void view_picture_react(struct view_picture *p, const struct ng_input *input, ui
 
 const char *view_picture_method(const struct view_picture *p)
 {
-    return method_view_name(p->sides[VIEW_LEFT].method);
+    return lf_method_name(p->sides[VIEW_LEFT].method);
 }
 
 struct ng_shown view_picture_shown(const struct view_picture *p)
@@ -87,6 +88,6 @@ struct ng_shown view_picture_shown(const struct view_picture *p)
     return (struct ng_shown){.layer = ng_display_layer(p->sides[VIEW_LEFT].layer),
                              .comparison = p->comparison,
                              .other_layer = ng_display_layer(p->sides[VIEW_RIGHT].layer),
-                             .other_method = method_view_name(p->sides[VIEW_RIGHT].method),
+                             .other_method = lf_method_name(p->sides[VIEW_RIGHT].method),
                              .divider = p->divider};
 }

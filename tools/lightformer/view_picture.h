@@ -3,15 +3,13 @@
 #ifndef LIGHTFORMER_VIEW_PICTURE_H
 #define LIGHTFORMER_VIEW_PICTURE_H
 
-#include "methods.h"
-
 #include "app/input.h"
 #include "render/display.h"
 
 enum { VIEW_LEFT, VIEW_RIGHT, VIEW_SIDES };
 
 struct view_side {
-    uint32_t method; // of METHOD_VIEW
+    uint32_t method; // index into the table of methods
     uint32_t layer;  // of ng_display_layer
 };
 

@@ -9,6 +9,7 @@
 #include "components/camera.h"
 #include "components/components.h"
 #include "components/name.h"
+#include "lightformer/methods/methods.h"
 #include "lightformer/net/net.h"
 #include "lightformer/neural/neural.h"
 #include "scene/world.h"
@@ -25,12 +26,12 @@ struct view_studio {
     struct view_studio_params params;
     struct ng_stage *stage; // null: nothing has been opened yet
     struct ng_clip_menu *clips;
-    char scene[4096];          // path of what is on the stage
-    const char *weights;       // of the network, as asked for; null: the scene's own
-    const char *clip;          // that plays, as asked for of the scene
-    void *methods[METHOD_MAX]; // states, in the order of method_of
-    ng_entity camera;          // our own, so that neither a parent nor an animation moves it
-    struct ng_camera lens;     // of the scene's camera that it is like
+    char scene[4096];    // path of what is on the stage
+    const char *weights; // of the network, as asked for; null: the scene's own
+    const char *clip;    // that plays, as asked for of the scene
+    struct lf_method *methods[LF_METHODS];
+    ng_entity camera;      // our own, so that neither a parent nor an animation moves it
+    struct ng_camera lens; // of the scene's camera that it is like
     NG_ARRAY(ng_entity) cameras;
     struct ng_camera_controller home;
     struct ng_exposure exposure;
@@ -57,9 +58,8 @@ ng_result view_studio_create(const struct view_studio_params *params, struct vie
 
 static void close_methods(struct view_studio *s)
 {
-    const struct method *m;
-    for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++)
-        method_close(m, &s->methods[i]);
+    for (uint32_t i = 0; i < LF_METHODS; i++)
+        lf_method_destroy(&s->methods[i]);
 }
 
 void view_studio_destroy(struct view_studio **studio)
@@ -97,12 +97,15 @@ void view_frame_finish(struct view_frame *f)
 static ng_result open_methods(struct view_studio *s, bool first)
 {
     const struct view_studio_params *p = &s->params;
-    struct method_params params = {
-        .stage = s->stage, .scene = s->scene, .weights = s->weights, .samples = p->samples};
-    const struct method *m;
-    for (uint32_t i = 0; (m = method_of(METHOD_VIEW, i)); i++) {
+    struct lf_method_params params = {.composer = ng_renderer_composer(s->stage->renderer),
+                                      .jobs = s->stage->jobs,
+                                      .scene = s->scene,
+                                      .weights = s->weights,
+                                      .samples = p->samples};
+    for (uint32_t i = 0; i < LF_METHODS; i++) {
+        params.name = lf_method_name(i);
         params.optional = !first || (i != p->method && !(p->compares && i == p->other));
-        NG_TRY(method_open(m, &params, &s->methods[i]));
+        NG_TRY(lf_method_create(&params, &s->methods[i]));
     }
     return NG_OK;
 }
@@ -254,12 +257,12 @@ static ng_result place_camera(struct view_studio *s, const struct view_order *or
 }
 
 // Of both sides: one path tracer serves them.
-static struct method_progress progress_of(const struct view_studio *s, const struct view_order *order)
+static struct lf_method_progress progress_of(const struct view_studio *s, const struct view_order *order)
 {
-    struct method_progress all = {0};
+    struct lf_method_progress all = {0};
     for (uint32_t i = 0; i < (order->comparison ? VIEW_SIDES : 1u); i++) {
         uint32_t method = order->sides[i].method;
-        struct method_progress p = method_progress(method_of(METHOD_VIEW, method), s->methods[method]);
+        struct lf_method_progress p = lf_method_progress_of(s->methods[method]);
         all.unfinished |= p.unfinished;
         all.samples = p.samples ? p.samples : all.samples;
     }
@@ -269,7 +272,7 @@ static struct method_progress progress_of(const struct view_studio *s, const str
 // So many pixels a side that a cell has samples enough for a mean; 1: a pixel has.
 static uint32_t choose_cell(const struct view_studio *s, const struct view_order *order)
 {
-    struct method_progress p = progress_of(s, order);
+    struct lf_method_progress p = progress_of(s, order);
     bool traces = p.unfinished || p.samples;
     if (order->comparison != NG_COMPARE_DIFFERENCE || !traces)
         return 1;
@@ -286,11 +289,11 @@ static ng_result draw(struct view_studio *s, const struct view_drawing *d, uint3
         .camera = camera_name,
         .width = o->width,
         .height = o->height,
-        .method = method_view_name(o->sides[VIEW_LEFT].method),
+        .method = lf_method_name(o->sides[VIEW_LEFT].method),
         .shown = {.layer = ng_display_layer(o->sides[VIEW_LEFT].layer),
                   .comparison = o->comparison,
                   .other_layer = ng_display_layer(o->sides[VIEW_RIGHT].layer),
-                  .other_method = method_view_name(o->sides[VIEW_RIGHT].method),
+                  .other_method = lf_method_name(o->sides[VIEW_RIGHT].method),
                   .divider = o->divider,
                   .cell = cell},
         .layers = layers,
@@ -312,12 +315,11 @@ static void describe_side(const struct view_studio *s, const struct view_order *
                           char *out, size_t size)
 {
     const struct view_side *v = &order->sides[side];
-    const struct method *m = method_of(METHOD_VIEW, v->method);
     const char *layer = ng_display_layer(v->layer);
     char progress[128];
-    method_describe(m, s->methods[v->method], progress, sizeof progress);
+    lf_method_describe(s->methods[v->method], progress, sizeof progress);
     bool plain = strcmp(layer, "beauty") == 0, has = ng_renderer_shows(s->stage->renderer, side);
-    snprintf(out, size, "%s%s%s%s%s%s", m->name, plain ? "" : ", ", plain ? "" : layer,
+    snprintf(out, size, "%s%s%s%s%s%s", lf_method_name(v->method), plain ? "" : ", ", plain ? "" : layer,
              has ? "" : " (does not compute it)", progress[0] ? ": " : "", progress);
 }
 
