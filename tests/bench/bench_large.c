@@ -14,8 +14,7 @@
 #include "components/mesh.h"
 #include "components/name.h"
 #include "components/transform.h"
-#include "lightformer/neural/neural.h"
-#include "lightformer/progressive/progressive.h"
+#include "lightformer/methods/methods.h"
 #include "lightformer/trace/tracer.h"
 #include "scene/world.h"
 
@@ -39,8 +38,7 @@ static const char *const kind_names[KINDS] = {"raster", "rays", "neural", "split
 struct subject {
     enum kind kind;
     struct ng_stage *stage;
-    struct lf_neural *neural;
-    struct lf_progressive *progressive;
+    struct lf_method *method, *other;
     struct lf_tracer *tracer;
     ng_entity thing, extra;
 };
@@ -69,16 +67,14 @@ static ng_result open_subject(struct subject *s, const char *path, const char *w
     s->thing = find(s->stage->world, "thing 0");
     if (s->kind == RAYS)
         return lf_tracer_create(&s->tracer);
-    if (s->kind == RASTER)
-        return NG_OK;
-    NG_TRY(
-        lf_neural_create(&(struct lf_neural_params){.weights = weights, .jobs = s->stage->jobs}, &s->neural));
-    NG_TRY(lf_neural_join(s->neural, ng_renderer_composer(s->stage->renderer)));
-    if (s->kind == NEURAL)
-        return NG_OK;
-    const struct lf_progressive_params progressive = {.jobs = s->stage->jobs, .slice = 1e-9};
-    NG_TRY(lf_progressive_create(&progressive, &s->progressive));
-    return lf_progressive_join(s->progressive, ng_renderer_composer(s->stage->renderer));
+    struct lf_method_params method = {.name = s->kind == RASTER ? "raster" : "neural",
+                                      .composer = ng_renderer_composer(s->stage->renderer),
+                                      .jobs = s->stage->jobs,
+                                      .weights = weights,
+                                      .slice = 1e-9};
+    NG_TRY(lf_method_create(&method, &s->method));
+    method.name = "reference";
+    return s->kind == SPLIT ? lf_method_create(&method, &s->other) : NG_OK;
 }
 
 static ng_result draw(struct subject *s)
@@ -92,7 +88,7 @@ static ng_result draw(struct subject *s)
         .comparison = NG_COMPARE_SPLIT, .other_method = "reference", .divider = 0.5f};
     const struct ng_stage_frame frame = {.width = SIDE,
                                          .height = SIDE,
-                                         .method = s->kind == RASTER ? NULL : LF_NEURAL_METHOD,
+                                         .method = s->kind == RASTER ? "raster" : "neural",
                                          .shown = s->kind == SPLIT ? split : (struct ng_shown){0},
                                          .layers = layers,
                                          .layer_count = NG_COUNT(layers)};
