@@ -19,7 +19,7 @@
 #include "base/printable.h"
 #include "base/result.h"
 #include "base/system.h"
-#include "lightformer/neural/neural.h"
+#include "lightformer/methods/methods.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -34,33 +34,28 @@ struct options {
     int frames;
 };
 
-// What is on show: the scene, and if it is wanted the network that lights it.
+// What is on show: the scene, and the method that lights it.
 struct show {
     struct ng_stage *stage;
-    struct lf_neural *neural;
-    const char *method; // of lighting; null: rasterized
+    struct lf_method *method;
+    const char *method_name;
 };
 
 // A method joins the renderer under its name; frames ask for it by that.
-static ng_result add_neural(struct show *s, const struct options *o)
-{
-    const struct lf_neural_params params = {.weights = o->weights, .jobs = s->stage->jobs};
-    NG_TRY(lf_neural_create(&params, &s->neural));
-    NG_TRY(lf_neural_join(s->neural, ng_renderer_composer(s->stage->renderer)));
-    s->method = LF_NEURAL_METHOD;
-    return NG_OK;
-}
-
 static ng_result open_show(struct show *s, const struct options *o, struct ng_window *window)
 {
-    *s = (struct show){0};
+    *s = (struct show){.method_name = o->neural ? "neural" : "raster"};
     NG_TRY(ng_stage_create(&(struct ng_stage_params){.scene = o->scene, .window = window}, &s->stage));
-    return o->neural ? add_neural(s, o) : NG_OK;
+    const struct lf_method_params method = {.name = s->method_name,
+                                            .composer = ng_renderer_composer(s->stage->renderer),
+                                            .jobs = s->stage->jobs,
+                                            .weights = o->weights};
+    return lf_method_create(&method, &s->method);
 }
 
 static void close_show(struct show *s)
 {
-    lf_neural_destroy(&s->neural);
+    lf_method_destroy(&s->method);
     ng_stage_destroy(&s->stage);
 }
 
@@ -85,9 +80,9 @@ static ng_result play(const struct options *o)
         ng_window_poll(window);
         if (window->input.pressed[NG_KEY_ESCAPE])
             ng_window_close(window);
-        result = ng_stage_draw(
-            show.stage,
-            &(struct ng_stage_frame){.time = playback.time, .still = playback.jumped, .method = show.method});
+        result = ng_stage_draw(show.stage, &(struct ng_stage_frame){.time = playback.time,
+                                                                    .still = playback.jumped,
+                                                                    .method = show.method_name});
     }
     close_show(&show);
     ng_window_destroy(&window);
@@ -108,7 +103,7 @@ static ng_result write_frame(const struct show *show, const struct options *o, i
                                           .time = number / FRAMES_A_SECOND,
                                           .width = 512,
                                           .height = 512,
-                                          .method = show->method,
+                                          .method = show->method_name,
                                           .layers = layers,
                                           .layer_count = 1,
                                       }));
