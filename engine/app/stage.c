@@ -23,6 +23,8 @@ struct ng_stage_internal {
     struct ng_swapchain *swapchain;
     struct ng_exposure exposure;
     bool drawn; // a frame before this one has been extracted
+    bool looks; // through `camera`
+    struct ng_free_camera camera;
 };
 
 static ng_result load_scene(struct ng_stage *stage, const struct ng_stage_params *params)
@@ -132,10 +134,17 @@ ng_result ng_stage_adopt(struct ng_stage *stage, struct ng_stage **next)
     stage->world = n->world, n->world = old.world;
     stage->scene = n->scene;
     stage->internal->extractor = n->internal->extractor, n->internal->extractor = extractor;
-    stage->internal->drawn = false;
+    stage->internal->drawn = stage->internal->looks = false;
     stage->snapshot = NULL;
     ng_stage_destroy(next);
     return open_renderer(stage, &(struct ng_stage_params){0});
+}
+
+void ng_stage_look(struct ng_stage *stage, const struct ng_free_camera *camera)
+{
+    stage->internal->looks = camera != NULL;
+    if (camera)
+        stage->internal->camera = *camera;
 }
 
 static ng_result move_to(struct ng_stage *stage, double time, const char *camera, bool still)
@@ -150,6 +159,7 @@ static ng_result move_to(struct ng_stage *stage, double time, const char *camera
         .jobs = stage->jobs,
         .time = time,
         .camera = camera,
+        .free_camera = internal->looks ? &internal->camera : NULL,
         .exposure = internal->exposure,
         .still = still || !internal->drawn,
     };

@@ -65,6 +65,10 @@ void ng_stage_destroy(struct ng_stage **stage);
 // nothing to draw with any more.
 NG_NODISCARD ng_result ng_stage_adopt(struct ng_stage *stage, struct ng_stage **next);
 
+// From now on the scene is seen through a camera that is not in it, whatever else is asked for; null: through
+// its own again.
+void ng_stage_look(struct ng_stage *stage, const struct ng_free_camera *camera);
+
 struct ng_stage_frame {
     double time;            // seconds: what the scene is evaluated at
     bool still;             // the time jumped: no motion since the last frame

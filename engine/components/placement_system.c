@@ -43,6 +43,22 @@ static void local_matrix(const struct ng_transform *transform, mat4 out)
     keep_within(out, NG_TRANSFORM_MAX);
 }
 
+static void world_matrix(mat4 parent, const struct ng_transform *transform, mat4 out)
+{
+    local_matrix(transform, out);
+    glm_mat4_mul(parent, out, out);
+    keep_within(out, NG_PLACEMENT_MAX);
+}
+
+struct ng_placement ng_placement_of(const struct ng_transform *transform)
+{
+    struct ng_placement placement;
+    mat4 matrix;
+    world_matrix(GLM_MAT4_IDENTITY, transform, matrix);
+    memcpy(placement.matrix, matrix, sizeof matrix);
+    return placement;
+}
+
 // The matrix of the nearest ancestor that has one.
 static void parent_matrix(const struct ng_world *world, ng_entity e, mat4 out)
 {
@@ -71,10 +87,8 @@ static void place(struct ng_world *world, ng_entity e)
     if (!transform || !placement)
         return;
     mat4 parent, matrix;
-    local_matrix(transform, matrix);
     parent_matrix(world, e, parent);
-    glm_mat4_mul(parent, matrix, matrix);
-    keep_within(matrix, NG_PLACEMENT_MAX);
+    world_matrix(parent, transform, matrix);
     if (!same_matrix(matrix, placement->matrix)) {
         struct ng_placement *changed = ng_world_write(world, e, NG_PLACEMENT);
         memcpy(changed->matrix, matrix, sizeof matrix);

@@ -8,13 +8,18 @@
 
 #include "base/extern_c.h"
 #include "base/result.h"
+#include "components/placement.h"
 
 NG_EXTERN_C_BEGIN
 
+struct ng_transform;
 struct ng_world;
 
 // Adds the system to NG_PHASE_PLACE; it lives as long as the world. Engine components must be registered.
 NG_NODISCARD ng_result ng_placement_system_add(struct ng_world *world);
+
+// What it finds for an entity without a parent.
+struct ng_placement ng_placement_of(const struct ng_transform *transform);
 
 NG_EXTERN_C_END
 

@@ -223,36 +223,48 @@ static void view_of(const float placement[16], float view[16], float position[3]
     view[15] = 1;
 }
 
+// No camera at all: the whole sphere of the scene, seen along -Z.
+static struct ng_free_camera whole_scene(const struct ng_snapshot *s)
+{
+    struct ng_free_camera c = {{.fov_y = 0.7f, .near_plane = 0.01f, .exposure = 1},
+                               {{[0] = 1, [5] = 1, [10] = 1, [15] = 1}}};
+    memcpy(c.placement.matrix + 12, s->scene_center, sizeof s->scene_center);
+    c.placement.matrix[14] += s->scene_radius / sinf(0.5f * c.lens.fov_y);
+    return c;
+}
+
+static struct ng_free_camera camera_of(const struct ng_extractor *x, ng_entity e,
+                                       const struct ng_extract_params *p)
+{
+    const struct ng_camera *lens = ng_world_get(x->world, e, NG_CAMERA);
+    struct ng_free_camera c;
+    if (p->free_camera)
+        return *p->free_camera;
+    if (!lens)
+        return whole_scene(&x->snapshot);
+    c.lens = *lens;
+    memcpy(c.placement.matrix, ng_extract_placement(x, e), sizeof c.placement.matrix);
+    return c;
+}
+
 static void read_camera(struct ng_extractor *x, ng_entity e, const struct ng_extract_params *p)
 {
     struct ng_snapshot_camera *c = &x->snapshot.camera, before = *c;
-    const struct ng_camera *camera = ng_world_get(x->world, e, NG_CAMERA);
-    if (camera) {
-        view_of(ng_extract_placement(x, e), c->view, c->position);
-        c->fov_y = camera->fov_y;
-        c->orthographic = camera->projection == NG_PROJECTION_ORTHOGRAPHIC;
-        c->height = c->orthographic ? camera->height : 0;
-        c->near_plane = camera->near_plane;
-        c->exposure = camera->exposure;
-        c->auto_exposure = camera->auto_exposure;
-        memcpy(c->background, camera->background, sizeof c->background);
-    } else {
-        // No camera at all: the whole sphere of the scene, seen along -Z.
-        float placement[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
-        c->fov_y = 0.7f;
-        c->orthographic = false;
-        c->height = 0;
-        c->near_plane = 0.01f;
-        c->exposure = 1;
-        c->auto_exposure = false;
-        memset(c->background, 0, sizeof c->background);
-        memcpy(placement + 12, x->snapshot.scene_center, 3 * sizeof(float));
-        placement[14] += x->snapshot.scene_radius / sinf(0.5f * c->fov_y);
-        view_of(placement, c->view, c->position);
-    }
-    bool same_camera = x->frames && ng_entity_same(before.entity, e) && !p->still;
+    const struct ng_free_camera from = camera_of(x, e, p);
+    view_of(from.placement.matrix, c->view, c->position);
+    c->fov_y = from.lens.fov_y;
+    c->orthographic = from.lens.projection == NG_PROJECTION_ORTHOGRAPHIC;
+    c->height = c->orthographic ? from.lens.height : 0;
+    c->near_plane = from.lens.near_plane;
+    c->exposure = from.lens.exposure;
+    c->auto_exposure = from.lens.auto_exposure;
+    memcpy(c->background, from.lens.background, sizeof c->background);
+    bool is_free = p->free_camera != NULL;
+    bool same_camera =
+        x->frames && ng_entity_same(before.entity, e) && is_free == x->free_camera && !p->still;
     memcpy(c->previous_view, same_camera ? before.view : c->view, sizeof c->view);
     c->entity = e;
+    x->free_camera = is_free;
     if (p->exposure.mode != NG_EXPOSURE_CAMERA) {
         c->auto_exposure = p->exposure.mode == NG_EXPOSURE_AUTO;
         c->exposure = c->auto_exposure ? 1 : p->exposure.factor;
@@ -337,8 +349,8 @@ ng_result ng_extract(struct ng_extractor *x, const struct ng_extract_params *p,
 {
     *out = NULL;
     NG_TRY(bind_world(x, p));
-    ng_entity camera = find_camera(x, p->camera);
-    if (ng_entity_is_null(camera) && p->camera && p->camera[0]) {
+    ng_entity camera = p->free_camera ? (ng_entity){0} : find_camera(x, p->camera);
+    if (!p->free_camera && ng_entity_is_null(camera) && p->camera && p->camera[0]) {
         ng_log_error("no camera is named '%s'; `lightformer info SCENE` lists the cameras", p->camera);
         return NG_ERROR_NOT_FOUND;
     }

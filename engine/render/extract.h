@@ -16,6 +16,8 @@
 #define NG_RENDER_EXTRACT_H
 
 #include "base/extern_c.h"
+#include "components/camera.h"
+#include "components/placement.h"
 #include "render/snapshot.h"
 
 NG_EXTERN_C_BEGIN
@@ -33,12 +35,19 @@ struct ng_exposure {
     float stops;                // brighter by so many, besides
 };
 
+// A camera that is in no world, such as a viewer's own: no query finds it, and no file keeps it.
+struct ng_free_camera {
+    struct ng_camera lens;
+    struct ng_placement placement;
+};
+
 struct ng_extract_params {
     struct ng_world *world;         // required, always the same one; not const: queries belong to it
     const struct ng_assets *assets; // required, always the same one
     struct ng_jobs *jobs;           // null: this thread only
     double time;                    // seconds, as given to ng_world_run
     const char *camera;             // name of the camera's entity; null or "": the first camera of the world
+    const struct ng_free_camera *free_camera; // instead of it; null: none
     struct ng_exposure exposure;
     bool still; // no motion: previous matrices and positions are the current ones (first
                 // frame, jump in time)

@@ -124,7 +124,8 @@ struct ng_extractor {
     uint64_t clock;                           // source of keys, revisions and versions
     struct ng_asset_revision assets_revision; // of the store
     struct ng_extract_stats stats;
-    uint64_t frames; // extractions so far
+    uint64_t frames;  // extractions so far
+    bool free_camera; // the previous one was of a camera in no world
     struct ng_extract_counts counts;
 
     struct ng_query *meshes, *placed, *skinned, *subdivided, *materials, *cameras, *scales;

@@ -111,7 +111,7 @@ struct ng_snapshot_material {
 };
 
 struct ng_snapshot_camera {
-    ng_entity entity;
+    ng_entity entity;                  // null: it is none of the world's
     float view[16], previous_view[16]; // world to camera, column-major: orthonormal, perhaps mirrored
     float position[3];
     float fov_y, near_plane, exposure;

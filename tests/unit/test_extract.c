@@ -19,6 +19,7 @@
 #include "components/morph.h"
 #include "components/name.h"
 #include "components/placement.h"
+#include "components/placement_system.h"
 #include "components/scene_scale.h"
 #include "components/skin.h"
 #include "components/subdivision.h"
@@ -1029,6 +1030,39 @@ static void test_environment(void **state)
 }
 
 // ---- camera ----------------------------------------------------------------------------------------------
+// Sees what one in the world would, and moves like one; from one to the other is a cut.
+static void test_free_camera(void **state)
+{
+    (void)state;
+    struct scene s;
+    const struct ng_snapshot *n;
+    open_scene(&s, 1);
+    const struct ng_transform place = {{8, 1, -0.0f}, {0, 0.6f, 0, 0.8f}, {-1, 1, 1}};
+    struct ng_camera lens = {
+        .projection = NG_PROJECTION_ORTHOGRAPHIC, .height = 3, .near_plane = 0.5f, .exposure = 2};
+    ng_entity side = add_entity(&s, "side", 0, 0, 0);
+    OK(ng_world_set(s.world, side, NG_TRANSFORM, &place));
+    OK(ng_world_add(s.world, side, NG_CAMERA, &lens));
+    OK(ng_world_run(s.world, 0));
+    struct ng_extract_params p = {.world = s.world, .assets = s.assets, .camera = "side"};
+    OK(ng_extract(s.extractor, &p, &n));
+    struct ng_snapshot_camera inside = n->camera;
+    struct ng_free_camera camera = {lens, ng_placement_of(&place)};
+    p.free_camera = &camera;
+    OK(ng_extract(s.extractor, &p, &n));
+    assert_true(ng_entity_is_null(n->camera.entity));
+    inside.entity = n->camera.entity;
+    assert_memory_equal(&n->camera, &inside, sizeof inside);
+    camera.placement.matrix[12] = 9;
+    OK(ng_extract(s.extractor, &p, &n));
+    assert_memory_equal(n->camera.previous_view, inside.view, sizeof inside.view);
+    assert_memory_not_equal(n->camera.view, inside.view, sizeof inside.view);
+    p.free_camera = NULL;
+    OK(ng_extract(s.extractor, &p, &n));
+    assert_memory_equal(n->camera.view, n->camera.previous_view, sizeof n->camera.view);
+    close_scene(&s);
+}
+
 static void test_cameras(void **state)
 {
     (void)state;
@@ -1126,6 +1160,7 @@ int main(void)
         cmocka_unit_test(test_mesh_light_shows_its_radiance),
         cmocka_unit_test(test_warnings_come_once),
         cmocka_unit_test(test_environment),
+        cmocka_unit_test(test_free_camera),
         cmocka_unit_test(test_cameras),
         cmocka_unit_test(test_threads_do_not_matter),
     };

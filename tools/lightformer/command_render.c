@@ -528,10 +528,9 @@ static ng_result vary(struct job *job)
 // With --pose pictures are of another camera, like the one of the scene.
 static ng_result choose_camera(struct job *job)
 {
-    static const char name[] = "lightformer:pose";
     const struct render *r = job->render;
     struct ng_world *world = job->stage->world;
-    ng_entity root = job->stage->scene.root, model = job->stage->scene.camera, camera;
+    ng_entity root = job->stage->scene.root, model = job->stage->scene.camera;
     job->camera = r->camera;
     if (!r->pose)
         return NG_OK;
@@ -544,9 +543,9 @@ static ng_result choose_camera(struct job *job)
     const struct ng_camera lens = *(const struct ng_camera *)ng_world_get(world, model, NG_CAMERA);
     const struct pose pose = pose_read(r->pose);
     pose_take(&pose, &c);
-    NG_TRY(pose_create_camera(world, name, &lens, &camera));
-    job->camera = name;
-    return pose_place_camera(world, camera, &c, &lens);
+    const struct ng_free_camera camera = pose_camera(&c, &lens);
+    ng_stage_look(job->stage, &camera);
+    return NG_OK;
 }
 
 // Every file that a picture goes to: a sequence writes numbered ones only.

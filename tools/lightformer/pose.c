@@ -7,6 +7,7 @@
 #include "components/components.h"
 #include "components/name.h"
 #include "components/placement.h"
+#include "components/placement_system.h"
 #include "components/scene_scale.h"
 #include "scene/world.h"
 
@@ -103,29 +104,11 @@ bool pose_look(const struct ng_world *world, ng_entity root, ng_entity camera,
     return true;
 }
 
-ng_result pose_create_camera(struct ng_world *world, const char *name, const struct ng_camera *lens,
-                             ng_entity *out)
-{
-    const struct ng_transform origin = {.rotation = {0, 0, 0, 1}, .scale = {1, 1, 1}};
-    struct ng_name called = {0};
-    snprintf(called.text, sizeof called.text, "%s", name);
-    *out = ng_entity_create(world);
-    NG_TRY(ng_world_add(world, *out, NG_NAME, &called));
-    NG_TRY(ng_world_add(world, *out, NG_CAMERA, lens));
-    return ng_world_add(world, *out, NG_TRANSFORM, &origin);
-}
-
-// Only what changes is written: the world takes what is written for a change.
-ng_result pose_place_camera(struct ng_world *world, ng_entity camera, const struct ng_camera_controller *c,
-                            const struct ng_camera *like)
+struct ng_free_camera pose_camera(const struct ng_camera_controller *c, const struct ng_camera *like)
 {
     const struct ng_transform pose = ng_camera_controller_transform(c);
-    struct ng_camera lens = *like;
+    struct ng_free_camera camera = {*like, ng_placement_of(&pose)};
     if (c->parallel)
-        lens.height = c->lens;
-    if (memcmp(ng_world_get(world, camera, NG_CAMERA), &lens, sizeof lens) != 0)
-        NG_TRY(ng_world_set(world, camera, NG_CAMERA, &lens));
-    if (memcmp(ng_world_get(world, camera, NG_TRANSFORM), &pose, sizeof pose) != 0)
-        NG_TRY(ng_world_set(world, camera, NG_TRANSFORM, &pose));
-    return NG_OK;
+        camera.lens.height = c->lens;
+    return camera;
 }

@@ -5,6 +5,7 @@
 #include "options.h"
 
 #include "base/result.h"
+#include "render/extract.h"
 #include "scene/entity.h"
 
 #define CLI_POSE(type_)                                                                                      \
@@ -40,12 +41,9 @@ ng_entity pose_find_camera(const struct ng_world *world, ng_entity root, const c
 bool pose_look(const struct ng_world *world, ng_entity root, ng_entity camera,
                struct ng_camera_controller *out);
 
-// A camera that is free to stand anywhere, since neither a parent nor an animation moves it.
-NG_NODISCARD ng_result pose_create_camera(struct ng_world *world, const char *name,
-                                          const struct ng_camera *lens, ng_entity *out);
-// Puts it there. Its lens becomes like another, but for the height of a parallel view.
-NG_NODISCARD ng_result pose_place_camera(struct ng_world *world, ng_entity camera,
-                                         const struct ng_camera_controller *controller,
-                                         const struct ng_camera *like);
+// A camera that stands where the controller has it, in no world. Its lens is like another, but for the height
+// of a parallel view.
+struct ng_free_camera pose_camera(const struct ng_camera_controller *controller,
+                                  const struct ng_camera *like);
 
 #endif

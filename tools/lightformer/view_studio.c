@@ -30,7 +30,6 @@ struct view_studio {
     const char *weights; // of the network, as asked for; null: the scene's own
     const char *clip;    // that plays, as asked for of the scene
     struct lf_method *methods[LF_METHODS];
-    ng_entity camera;      // our own, so that neither a parent nor an animation moves it
     struct ng_camera lens; // of the scene's camera that it is like
     NG_ARRAY(ng_entity) cameras;
     struct ng_camera_controller home;
@@ -41,8 +40,6 @@ struct view_studio {
     uint64_t pictures;       // so far
     NG_ARRAY(uint64_t) runs; // of each pass, before this frame
 };
-
-static const char camera_name[] = "lightformer:view";
 
 ng_result view_studio_create(const struct view_studio_params *params, struct view_studio **out)
 {
@@ -172,7 +169,7 @@ static ng_result begin_scene(struct view_studio *s, double time, bool first)
     NG_TRY(ng_stage_seek(s->stage, time, NULL)); // places the scene's cameras
     NG_TRY(list_cameras(s));
     look_through(s, s->stage->scene.camera);
-    return pose_create_camera(s->stage->world, camera_name, &s->lens, &s->camera);
+    return NG_OK;
 }
 
 // Whether a scene's network, if it has one, can be read.
@@ -241,9 +238,9 @@ static void follow_clip(struct view_studio *s, uint32_t clip)
         ng_clip_menu_play(s->clips, clip);
 }
 
-// Where the order wants it, or `home`; `*pose` is where it is then.
-static ng_result place_camera(struct view_studio *s, const struct view_order *order, bool home,
-                              struct pose *pose)
+// Our own, so that neither a parent nor an animation moves it. Where the order wants it, or `home`; returns
+// where it is then.
+static struct pose place_camera(struct view_studio *s, const struct view_order *order, bool home)
 {
     struct ng_camera_controller c = s->home;
     struct ng_camera lens = s->lens;
@@ -251,9 +248,10 @@ static ng_result place_camera(struct view_studio *s, const struct view_order *or
     const struct pose wanted = first ? pose_read(first) : order->pose;
     if (first || !home)
         pose_take(&wanted, &c);
-    *pose = pose_of(&c);
     lens.exposure *= exp2f(order->stops);
-    return pose_place_camera(s->stage->world, s->camera, &c, &lens);
+    const struct ng_free_camera camera = pose_camera(&c, &lens);
+    ng_stage_look(s->stage, &camera);
+    return pose_of(&c);
 }
 
 // Of both sides: one path tracer serves them.
@@ -286,7 +284,6 @@ static ng_result draw(struct view_studio *s, const struct view_drawing *d, uint3
     const struct ng_stage_frame frame = {
         .time = o->time,
         .still = d->jumped || s->fresh,
-        .camera = camera_name,
         .width = o->width,
         .height = o->height,
         .method = lf_method_name(o->sides[VIEW_LEFT].method),
@@ -404,8 +401,7 @@ static ng_result make(struct view_studio *s, const struct view_drawing *d, struc
     s->opening = order->opening;
     bool home = follow_scene(s, order);
     follow_clip(s, order->clip);
-    struct pose pose;
-    NG_TRY(place_camera(s, order, home, &pose));
+    struct pose pose = place_camera(s, order, home);
     uint64_t start = ng_clock_ns();
     uint32_t cell = choose_cell(s, order);
     NG_TRY(draw(s, d, cell));
