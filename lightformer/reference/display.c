@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EDGE 4 // rays a side of a filtered pixel, by which its share of background is found
+#define EDGE       4 // rays a side of a filtered pixel, by which its share of background is found
+#define SEEN_LEAST (1.0f / (EDGE * EDGE))
 
 static float luminance_of(const struct lf_sums *s, uint32_t samples, bool whole)
 {
@@ -15,48 +16,6 @@ static float luminance_of(const struct lf_sums *s, uint32_t samples, bool whole)
     for (int i = 0; i < 3; i++)
         rgb[i] = (float)((s->direct[i] + s->emission[i] + (whole ? s->indirect[i] : 0)) / samples);
     return ng_meter_luminance(rgb[0], rgb[1], rgb[2]);
-}
-
-// Of direct light and emission, or of the whole picture.
-static float measure(const struct lf_reference *r, bool whole)
-{
-    uint32_t counts[NG_METER_BINS] = {0};
-    float total = 0, before = 0, sum = 0, shares = 0;
-    for (size_t i = 0; r->samples && i < lf_pixel_count(r); i++) {
-        float luminance = luminance_of(&r->sums[i], r->samples, whole);
-        if (luminance > 0)
-            counts[(uint32_t)ng_meter_bin(luminance)]++;
-    }
-    for (int i = 0; i < NG_METER_BINS; i++)
-        total += (float)counts[i];
-    for (int i = 0; i < NG_METER_BINS; i++) {
-        float count = (float)counts[i], share = ng_meter_share(before, count, total);
-        before += count;
-        shares += share;
-        sum += share * (float)i;
-    }
-    return ng_meter_exposure(sum, shares);
-}
-
-static float find_exposure(const struct lf_reference *r)
-{
-    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
-    if (!camera->auto_exposure)
-        return camera->exposure;
-    return camera->exposure * ng_meter_both(measure(r, false), measure(r, true));
-}
-
-// Linear light of a display.
-static void tone_map(const float rgb[3], float exposure, float out[3])
-{
-    float x[3], peak = 0, toe = INFINITY;
-    for (int i = 0; i < 3; i++) {
-        x[i] = fmaxf(rgb[i] * exposure, 0);
-        peak = fmaxf(peak, x[i]);
-        toe = fminf(toe, x[i]);
-    }
-    for (int i = 0; i < 3; i++)
-        out[i] = ng_tonemap(x[i], peak, toe);
 }
 
 // Parts of a pixel: through which nothing is seen, and where what is seen is unlit.
@@ -92,30 +51,90 @@ static struct shares find_shares(const struct lf_reference *r, struct lf_path_sc
     return sum;
 }
 
-static bool has_background(const struct ng_snapshot_camera *camera)
+// Which pixels are looked at once more. An environment is seen behind everything, so its pixels are whole.
+static bool needs_shares(const struct lf_reference *r)
 {
-    const float *b = camera->background;
-    return b[0] > 0 || b[1] > 0 || b[2] > 0;
+    const struct ng_snapshot *snapshot = lf_tracer_snapshot(r->tracer);
+    const struct ng_snapshot_camera *camera = &snapshot->camera;
+    const float *background = camera->background;
+    if (background[0] > 0 || background[1] > 0 || background[2] > 0 || ng_snapshot_has_unlit(snapshot))
+        return true;
+    return r->params.antialias && camera->auto_exposure && snapshot->environment == NG_NONE;
 }
 
-static void show(const struct lf_reference *r, const float *beauty, uint8_t *out)
+// Of every pixel; NULL if each is whole.
+static ng_result find_all_shares(const struct lf_reference *r, struct shares **out)
 {
     const struct lf_region *region = &r->params.region;
-    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
     struct lf_path_stats stats = {0};
     struct lf_path_scene scene = lf_reference_scene(r, &stats);
-    float exposure = find_exposure(r);
-    bool look = has_background(camera) || ng_snapshot_has_unlit(lf_tracer_snapshot(r->tracer));
+    *out = NULL;
+    if (!needs_shares(r))
+        return NG_OK;
+    *out = malloc(lf_pixel_count(r) * sizeof **out);
+    if (!*out)
+        return ng_out_of_memory("what is seen through the pixels");
+    for (size_t i = 0; i < lf_pixel_count(r); i++)
+        (*out)[i] = find_shares(r, &scene, region->x + (uint32_t)(i % region->width),
+                                region->y + (uint32_t)(i / region->width));
+    return NG_OK;
+}
+
+// Of direct light and emission, or of the whole picture. A pixel of which a part is seen through counts as
+// that much of one, as bright as the rest of it is: thin things have the exposure that they have unfiltered.
+static float measure(const struct lf_reference *r, const struct shares *shares, bool whole)
+{
+    const bool open = lf_tracer_snapshot(r->tracer)->environment == NG_NONE;
+    float counts[NG_METER_BINS] = {0};
+    float total = 0, before = 0, sum = 0, counted = 0;
+    for (size_t i = 0; r->samples && i < lf_pixel_count(r); i++) {
+        float luminance = luminance_of(&r->sums[i], r->samples, whole);
+        float seen = open && shares ? fmaxf(1 - shares[i].nothing, SEEN_LEAST) : 1;
+        if (luminance > 0)
+            counts[(uint32_t)ng_meter_bin(luminance / seen)] += seen;
+    }
+    for (int i = 0; i < NG_METER_BINS; i++)
+        total += counts[i];
+    for (int i = 0; i < NG_METER_BINS; i++) {
+        float share = ng_meter_share(before, counts[i], total);
+        before += counts[i];
+        counted += share;
+        sum += share * (float)i;
+    }
+    return ng_meter_exposure(sum, counted);
+}
+
+static float find_exposure(const struct lf_reference *r, const struct shares *shares)
+{
+    const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
+    if (!camera->auto_exposure)
+        return camera->exposure;
+    return camera->exposure * ng_meter_both(measure(r, shares, false), measure(r, shares, true));
+}
+
+// Linear light of a display.
+static void tone_map(const float rgb[3], float exposure, float out[3])
+{
+    float x[3], peak = 0, toe = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        x[i] = fmaxf(rgb[i] * exposure, 0);
+        peak = fmaxf(peak, x[i]);
+        toe = fminf(toe, x[i]);
+    }
+    for (int i = 0; i < 3; i++)
+        out[i] = ng_tonemap(x[i], peak, toe);
+}
+
+static void show(const struct lf_reference *r, const struct shares *shares, const float *beauty, uint8_t *out)
+{
+    const float *background = lf_tracer_snapshot(r->tracer)->camera.background;
+    float exposure = find_exposure(r, shares);
     for (size_t i = 0; i < lf_pixel_count(r); i++, beauty += 3, out += 4) {
         float shown[3];
-        struct shares shares = {0};
-        if (look)
-            shares = find_shares(r, &scene, region->x + (uint32_t)(i % region->width),
-                                 region->y + (uint32_t)(i / region->width));
-        tone_map(beauty, exposure + (1 - exposure) * shares.unlit, shown);
+        struct shares part = shares ? shares[i] : (struct shares){0};
+        tone_map(beauty, exposure + (1 - exposure) * part.unlit, shown);
         for (int c = 0; c < 3; c++)
-            out[c] =
-                (uint8_t)(ng_srgb_encode(shown[c] + shares.nothing * camera->background[c]) * 255.0f + 0.5f);
+            out[c] = (uint8_t)(ng_srgb_encode(shown[c] + part.nothing * background[c]) * 255.0f + 0.5f);
         out[3] = 255;
     }
 }
@@ -123,12 +142,17 @@ static void show(const struct lf_reference *r, const float *beauty, uint8_t *out
 ng_result lf_reference_display(const struct lf_reference *r, uint8_t **rgba)
 {
     struct lf_layer beauty;
+    struct shares *shares;
     *rgba = NULL;
     NG_TRY(lf_reference_layer(r, "beauty", &beauty));
-    uint8_t *out = malloc(lf_pixel_count(r) * 4);
+    ng_result result = find_all_shares(r, &shares);
+    uint8_t *out = result == NG_OK ? malloc(lf_pixel_count(r) * 4) : NULL;
+    if (result == NG_OK && !out)
+        result = ng_out_of_memory("what a display shows");
     if (out)
-        show(r, beauty.pixels, out);
+        show(r, shares, beauty.pixels, out);
+    free(shares);
     free(beauty.pixels);
     *rgba = out;
-    return out ? NG_OK : ng_out_of_memory("what a display shows");
+    return result;
 }
