@@ -183,14 +183,20 @@ static void read_emission(struct ng_light_slot *slot, const struct ng_material *
                           bool *prepare)
 {
     struct ng_light_source *s = &slot->source;
+    struct ng_material seen = *m;
+    if (!seen.emissive_texture.id) { // where its coordinates would lie shows in nothing
+        seen.emissive_uv_set = 0;
+        seen.emissive_transform = (struct ng_texture_transform){.scale = {1, 1}};
+    }
     *prepare |= s->double_sided != m->double_sided;
     s->double_sided = m->double_sided;
     *image = m->emissive_texture;
-    if (slot->material.emissive_uv_set != m->emissive_uv_set ||
-        !ng_extract_same(&slot->material.emissive_transform, &m->emissive_transform,
-                         sizeof m->emissive_transform))
+    if (s->triangle_count &&
+        (slot->material.emissive_uv_set != seen.emissive_uv_set ||
+         !ng_extract_same(&slot->material.emissive_transform, &seen.emissive_transform,
+                          sizeof seen.emissive_transform)))
         slot->piece_version = slot->looked = 0; // triangles are read again
-    slot->material = *m;
+    slot->material = seen;
     slot->material.unlit = false; // what is a light has a part in light
     ng_extract_emission(&slot->material, s->emission);
 }
