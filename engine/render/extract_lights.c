@@ -191,10 +191,9 @@ static void read_emission(struct ng_light_slot *slot, const struct ng_material *
     *prepare |= s->double_sided != m->double_sided;
     s->double_sided = m->double_sided;
     *image = m->emissive_texture;
-    if (s->triangle_count &&
-        (slot->material.emissive_uv_set != seen.emissive_uv_set ||
-         !ng_extract_same(&slot->material.emissive_transform, &seen.emissive_transform,
-                          sizeof seen.emissive_transform)))
+    if (slot->material.emissive_uv_set != seen.emissive_uv_set ||
+        !ng_extract_same(&slot->material.emissive_transform, &seen.emissive_transform,
+                         sizeof seen.emissive_transform))
         slot->piece_version = slot->looked = 0; // triangles are read again
     slot->material = seen;
     slot->material.unlit = false; // what is a light has a part in light
@@ -370,6 +369,8 @@ static ng_result update_source(struct ng_extractor *x, struct ng_light_slot *slo
         s->image = light_image(texels);
         prepare = x->image_list_dirty = true;
     }
+    if (s->type->emissive_mesh && !before.triangle_count && !s->triangle_count)
+        prepare = slot->version == 0; // dark before and now, whatever its material says
     *changed = prepare || !same_numbers(&before, s);
     *unit = prepare || (*changed && !same_unit(&before, s));
     return prepare ? ng_light_prepare(s) : NG_OK;

@@ -1133,6 +1133,38 @@ static void test_threads_do_not_matter(void **state)
     close_scene(&s[1]);
 }
 
+// What nobody sees makes no light another: a texture's coordinates without the texture, and all that an
+// emitter without triangles says but how bright it would be.
+static void test_dark_emitters_stay_as_they_are(void **state)
+{
+    (void)state;
+    struct scene s;
+    open_scene(&s, 1);
+    ng_entity lamp = add_piece(&s, "lamp", 0, 0, 0);
+    ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->emissive[0] = 1;
+    OK(ng_world_add(s.world, lamp, NG_LIGHT_MESH, NULL));
+    uint64_t version = frame(&s, 0)->lights[0].version;
+    ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->emissive_uv_set = 1;
+    assert_true(frame(&s, 1)->lights[0].version == version);
+    ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->emissive_texture = add_image(&s);
+    const struct ng_snapshot *n = frame(&s, 2);
+    assert_true(n->lights[0].version > version);
+    version = n->lights[0].version;
+    ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->emissive_uv_set = 0;
+    n = frame(&s, 3);
+    assert_true(n->lights[0].version > version);
+    OK(ng_entity_destroy(s.world, lamp));
+    OK(ng_world_add(s.world, s.material, NG_LIGHT_MESH, NULL)); // a light of the material, which nothing has
+    version = frame(&s, 4)->lights[0].version;
+    struct ng_material *m = ng_world_edit(s.world, s.material, NG_MATERIAL);
+    m->emissive_uv_set = 1;
+    m->emissive_transform.rotation = 1;
+    m->double_sided = !m->double_sided;
+    n = frame(&s, 5);
+    assert_true(n->lights[0].version == version && !(n->lights[0].power > 0));
+    close_scene(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -1160,6 +1192,7 @@ int main(void)
         cmocka_unit_test(test_mesh_light_shows_its_radiance),
         cmocka_unit_test(test_warnings_come_once),
         cmocka_unit_test(test_environment),
+        cmocka_unit_test(test_dark_emitters_stay_as_they_are),
         cmocka_unit_test(test_free_camera),
         cmocka_unit_test(test_cameras),
         cmocka_unit_test(test_threads_do_not_matter),
