@@ -449,7 +449,7 @@ static void react_to_keys(struct viewer *v, const struct ng_input *input)
     toggle(&v->hide_captions, input->pressed[NG_KEY_F1 + 3]);
     toggle(&v->show_clips, input->pressed[NG_KEY_F1 + 4]);
     v->mark += input->pressed[NG_KEY_F1 + 8];
-    if (input->pressed[NG_KEY_F1 + 11] && is_shown(v))
+    for (int i = 0; i < input->pressed[NG_KEY_F1 + 11] && is_shown(v); i++)
         take_shot(v);
     if (input->pressed[NG_KEY_F1 + 10] % 2)
         ng_window_set_full_screen(v->window, !ng_window_is_full_screen(v->window));
