@@ -10,6 +10,7 @@ void ng_input_begin(struct ng_input *input)
     memset(input->drag, 0, sizeof input->drag);
     memset(input->clicked, 0, sizeof input->clicked);
     memset(input->pressed, 0, sizeof input->pressed);
+    memset(input->shifted, 0, sizeof input->shifted);
     memset(input->held, 0, sizeof input->held);
     memset(input->hurried, 0, sizeof input->hurried);
 }
@@ -38,8 +39,10 @@ void ng_input_key(struct ng_input *input, int key, bool down, double time)
 {
     ng_input_pass(input, time);
     input->down[key] = down;
-    if (down)
-        count(&input->pressed[key], 1);
+    if (!down)
+        return;
+    count(&input->pressed[key], 1);
+    count(&input->shifted[key], input->down[NG_KEY_SHIFT]);
 }
 
 void ng_input_button(struct ng_input *input, enum ng_button button, bool down, double time)
@@ -82,6 +85,7 @@ void ng_input_add(struct ng_input *input, const struct ng_input *next)
     }
     for (int k = 0; k < NG_KEY_COUNT; k++) {
         count(&input->pressed[k], before.pressed[k]);
+        count(&input->shifted[k], before.shifted[k]);
         input->held[k] += before.held[k];
         input->hurried[k] += before.hurried[k];
     }

@@ -48,6 +48,7 @@ struct ng_input {
     float scroll;                     // steps of the wheel, away from the user is positive
     uint8_t clicked[NG_BUTTON_COUNT]; // times that it went down
     uint8_t pressed[NG_KEY_COUNT];    // times that it went down, or repeated
+    uint8_t shifted[NG_KEY_COUNT];    // of these, those while Shift was down
     float held[NG_KEY_COUNT];         // seconds that it was down
     float hurried[NG_KEY_COUNT];      // of these, those in which Shift was down, too
 };

@@ -349,6 +349,7 @@ static void presses_in_one_frame_are_counted(void **state)
     NG_UNUSED(state);
     struct ng_input input = {0};
     for (int i = 0; i < 3; i++) {
+        ng_input_key(&input, NG_KEY_SHIFT, i == 1, 0.1 * i);
         ng_input_key(&input, 'L', true, 0.1 * i + 0.01);
         ng_input_key(&input, 'L', false, 0.1 * i + 0.03);
         ng_input_button(&input, NG_BUTTON_LEFT, true, 0.1 * i + 0.04);
@@ -358,6 +359,7 @@ static void presses_in_one_frame_are_counted(void **state)
         ng_input_scroll(&input, 1, 0.1 * i + 0.08);
     }
     assert_int_equal(input.pressed['L'], 3);
+    assert_int_equal(input.shifted['L'], 1); // and Shift is up again by now
     assert_int_equal(input.clicked[NG_BUTTON_LEFT], 3);
     assert_near(input.held['L'], 0.06f);
     assert_near(input.scroll, 3);
@@ -392,6 +394,7 @@ static void polls_add_up(void **state)
     }
     ng_input_add(&sum, &part);
     assert_memory_equal(sum.pressed, whole.pressed, sizeof sum.pressed);
+    assert_memory_equal(sum.shifted, whole.shifted, sizeof sum.shifted);
     assert_memory_equal(sum.clicked, whole.clicked, sizeof sum.clicked);
     assert_memory_equal(sum.grip, whole.grip, sizeof sum.grip);
     assert_near(sum.held['W'], whole.held['W']);

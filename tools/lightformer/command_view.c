@@ -353,7 +353,7 @@ static void frame_thing(struct viewer *v, const struct ng_input *input)
     const struct ng_pick *pick = &v->shown.pick;
     float center[3], at[2], radius, aspect = (float)v->window->width / fmaxf((float)v->window->height, 1);
     to_picture(v, input->pointer, at);
-    if (!input->down[NG_KEY_SHIFT] && ng_pick_thing(pick, at[0], at[1], center, &radius))
+    if (!input->shifted['F'] && ng_pick_thing(pick, at[0], at[1], center, &radius))
         ng_camera_controller_frame(&v->controller, center, radius, aspect);
     else if (pick->radius > 0)
         ng_camera_controller_frame(&v->controller, pick->center, pick->radius, aspect);

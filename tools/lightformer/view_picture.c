@@ -64,7 +64,7 @@ void view_picture_react(struct view_picture *p, const struct ng_input *input, ui
 {
     choose_by_key(p, input);
     for (int i = 0; i < input->pressed['L']; i++)
-        next_layer(p, input->down[NG_KEY_SHIFT]);
+        next_layer(p, i < input->shifted['L']);
     for (int i = 0; i < input->pressed['C']; i++)
         p->comparison = view_comparison_name(p->comparison + 1) ? p->comparison + 1 : NG_COMPARE_NOTHING;
     if (p->comparison == NG_COMPARE_NOTHING)
