@@ -41,7 +41,7 @@ vec3 value_of(uint encoding, vec4 texel, vec4 divisor)
     switch (encoding) {
     case NG_SHOWN_RADIANCE:
         return max(texel.rgb * exposure, vec3(0));
-    case NG_SHOWN_BEAUTY: // what is unlit has the brightness of a display
+    case NG_SHOWN_BEAUTY: // what is unlit is a colour of the display already
         return max(texel.rgb * (fetch(position_map).w < 0 ? 1 : exposure), vec3(0));
     case NG_SHOWN_RATIO:
         return mix(vec3(1), texel.rgb / max(divisor.rgb, vec3(1e-30)), greaterThan(divisor.rgb, vec3(0)));
@@ -59,10 +59,13 @@ vec3 encode(uint encoding, vec3 x)
     if (encoding == NG_SHOWN_DIRECTION)
         return x;
     bool radiance = encoding == NG_SHOWN_RADIANCE || encoding == NG_SHOWN_BEAUTY;
-    if (encoding == NG_SHOWN_BEAUTY && fetch(position_map).w == 0 && display.background != vec3(0)) {
+    const float surface = fetch(position_map).w;
+    if (encoding == NG_SHOWN_BEAUTY && surface == 0 && display.background != vec3(0)) {
         x = display.background;
         radiance = false;
     }
+    if (encoding == NG_SHOWN_BEAUTY && surface < 0)
+        radiance = false;
     float peak = max(x.r, max(x.g, x.b)), toe = min(x.r, min(x.g, x.b));
     for (int i = 0; i < 3; i++)
         x[i] = ng_srgb_encode(radiance ? ng_tonemap(x[i], peak, toe) : x[i]);

@@ -133,8 +133,10 @@ static void show(const struct lf_reference *r, const struct shares *shares, cons
         float shown[3];
         struct shares part = shares ? shares[i] : (struct shares){0};
         tone_map(beauty, exposure + (1 - exposure) * part.unlit, shown);
-        for (int c = 0; c < 3; c++)
+        for (int c = 0; c < 3; c++) {
+            shown[c] += (beauty[c] - shown[c]) * part.unlit; // as it is, where all of it is unlit
             out[c] = (uint8_t)(ng_srgb_encode(shown[c] + part.nothing * background[c]) * 255.0f + 0.5f);
+        }
         out[3] = 255;
     }
 }
