@@ -167,7 +167,7 @@ static ng_result convert(const struct gltf_loader *l, int index, const struct el
     for (uint32_t c = 0; c < e->components; c++) {
         double v = component(e, from, c, normalized);
         if (want->integers) {
-            out[to * e->components + c].u = (uint32_t)v;
+            out[to * e->components + c].u = v >= 0 && v < UINT32_MAX ? (uint32_t)v : UINT32_MAX;
             continue;
         }
         if (!isfinite(v) && !(want->types & GLTF_ANY_NUMBER))

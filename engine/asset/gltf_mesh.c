@@ -42,21 +42,48 @@ static ng_result try_attribute(struct gltf_loader *l, const struct gltf_primitiv
     return ng_gltf_part_end(&l->faults, &part, read_attribute(l, p, want, out));
 }
 
+// What integers of an accessor stand for if they are fractions whose writer did not say so.
+static float missing_scale(const struct gltf_accessor *a)
+{
+    if (a->normalized || a->component_type == GLTF_F32)
+        return 1;
+    return a->component_type == GLTF_U8 ? 1.0f / UINT8_MAX : 1.0f / UINT16_MAX;
+}
+
+static ng_result check_colors(struct gltf_loader *l, const struct gltf_accessor *a, const char *where,
+                              float *colors, size_t count)
+{
+    if (missing_scale(a) != 1)
+        NG_TRY(ng_gltf_fault(&l->faults, "they are taken for fractions",
+                             "%s: integers of COLOR_0 are not normalized", where));
+    for (size_t i = 0; i < count; i++)
+        if (isnan(colors[i])) {
+            NG_TRY(ng_gltf_fault(&l->faults, "it is 1", "%s: the COLOR_0 of vertex %zu is not finite", where,
+                                 i / a->components));
+            colors[i] = 1;
+        }
+    return NG_OK;
+}
+
 // COLOR_0, of three or four numbers from 0 to 1, as 16-bit fractions.
 static ng_result read_colors(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                              struct ng_geometry *g)
 {
-    const struct gltf_want want = {"COLOR_0", GLTF_FLOATS | GLTF_SMALL_UNSIGNED, 1u << 3 | 1u << 4,
-                                   g->vertex_count, 0};
+    const struct gltf_want want = {"COLOR_0", GLTF_FLOATS | GLTF_SMALL_UNSIGNED | GLTF_ANY_NUMBER,
+                                   1u << 3 | 1u << 4, g->vertex_count, false};
     float *colors = NULL;
     NG_TRY(read_attribute(l, p, &want, &colors));
     if (!colors)
         return NG_OK;
-    uint32_t width = l->doc->accessors[attribute(p, want.what)].components;
-    ng_result r = ng_gltf_budget(l, g->vertex_count * (uint64_t)8, where);
+    const struct gltf_accessor *a = &l->doc->accessors[attribute(p, want.what)];
+    const uint32_t width = a->components;
+    const float scale = missing_scale(a);
+    ng_result r = check_colors(l, a, where, colors, g->vertex_count * (size_t)width);
+    if (r == NG_OK)
+        r = ng_gltf_budget(l, g->vertex_count * (uint64_t)8, where);
     g->colors = r == NG_OK ? malloc(g->vertex_count * (size_t)8) : NULL;
     for (size_t i = 0; g->colors && i < g->vertex_count * (size_t)4; i++) {
-        float v = i % 4 < width ? colors[i / 4 * width + i % 4] : 1;
+        float v = i % 4 < width ? colors[i / 4 * width + i % 4] * scale : 1;
         g->colors[i] = (uint16_t)(fminf(fmaxf(v, 0), 1) * UINT16_MAX + 0.5f);
     }
     free(colors);
@@ -102,9 +129,12 @@ static ng_result read_influences(struct gltf_loader *l, const struct gltf_primit
         return ng_gltf_error(l, "%s: %s and %s must come together", where, joints, weights);
     const struct gltf_want want_weights = {weights, GLTF_FLOATS | GLTF_SMALL_UNSIGNED | GLTF_ANY_NUMBER,
                                            1u << 4, n, false},
-                           want_joints = {joints, GLTF_UNSIGNED, 1u << 4, n, true};
+                           want_joints = {joints, GLTF_UNSIGNED | GLTF_FLOATS, 1u << 4, n, true};
     NG_TRY(ng_gltf_read(l, attribute(p, weights), &want_weights, &out->weights, NULL));
     NG_TRY(ng_gltf_read(l, attribute(p, joints), &want_joints, &out->joints, NULL));
+    if (l->doc->accessors[attribute(p, joints)].component_type == GLTF_F32)
+        NG_TRY(ng_gltf_fault(&l->faults, "they are read all the same", "%s: %s are floats, not integers",
+                             where, joints));
     for (size_t i = 0; i < n * (size_t)4; i++)
         if (!(out->weights[i] >= 0)) {
             NG_TRY(ng_gltf_fault(&l->faults, "it is 0", "%s: %s of vertex %zu: %g is negative or no number",
@@ -197,13 +227,26 @@ static ng_result take_influences(struct gltf_loader *l, const char *where, struc
     return more->joints ? take_joints(l, where, more, g->vertex_count, &g->joints1, joint_limit) : NG_OK;
 }
 
+// The second set is not needed where the first is right.
+static ng_result try_more_influences(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
+                                     uint32_t n, struct influences *out)
+{
+    struct gltf_part part;
+    ng_gltf_part_begin(&part, "only the first 4 joints of a vertex are used");
+    part.where = where;
+    NG_TRY(ng_gltf_part_end(&l->faults, &part, read_influences(l, p, where, n, 1, out)));
+    if (part.lost)
+        forget_influences(out);
+    return NG_OK;
+}
+
 static ng_result read_skinning(struct gltf_loader *l, const struct gltf_primitive *p, const char *where,
                                struct ng_geometry *g, uint32_t *joint_limit)
 {
     struct influences first = {0}, more = {0};
     ng_result r = read_influences(l, p, where, g->vertex_count, 0, &first);
     if (r == NG_OK && first.joints)
-        r = read_influences(l, p, where, g->vertex_count, 1, &more);
+        r = try_more_influences(l, p, where, g->vertex_count, &more);
     if (r == NG_OK && has_attribute(p, "JOINTS_2"))
         ng_gltf_warn(l, &l->warned_influences, "%s: only the first 8 joints of a vertex are used", where);
     if (r == NG_OK && first.joints)
