@@ -145,7 +145,7 @@ static bool is_usual_type(const char *type, size_t size)
     static const char *const types[] = {"application/octet-stream", "application/gltf-buffer", "image/png",
                                         "image/jpeg", "image/webp"};
     for (size_t i = 0; i < NG_COUNT(types); i++)
-        if (size == strlen(types[i]) && memcmp(type, types[i], size) == 0)
+        if (size == strlen(types[i]) && begins(type, types[i]))
             return true;
     return false;
 }

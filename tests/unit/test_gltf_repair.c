@@ -340,6 +340,7 @@ static void test_ways_of_writers(void **state)
         {"2", DATA, "", "it is taken for 2.0"},
         {"2.0.1", DATA, "", "it is taken for 2.0"},
         {"2.0", "DATA:application/octet-stream;Base64," TRIANGLE64, "", NULL},
+        {"2.0", "data:Application/Octet-Stream;base64," TRIANGLE64, "", NULL},
         {"2.0", "data:application/octet-stream;base64,\\r\\n " TRIANGLE64 "\\n", "", NULL},
         {"2.0", DATA, ", \"normalized\": true", NULL}, // indices are not fractions
         {"2.0", "sub\\\\triangle.bin", "", NULL},
