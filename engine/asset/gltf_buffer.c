@@ -109,9 +109,12 @@ static size_t decode_base64(const char *text, unsigned char *out, const char **e
     uint32_t bits = 0;
     unsigned held = 0; // bits
     size_t n = 0;
-    for (int digit; is_space(*text) || (digit = base64_digit(*text)) >= 0; text++) {
+    for (;; text++) {
         if (is_space(*text))
             continue;
+        int digit = base64_digit(*text);
+        if (digit < 0)
+            break;
         bits = bits << 6 | (uint32_t)digit;
         held += 6;
         if (held < 8)
