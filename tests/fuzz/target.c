@@ -29,7 +29,7 @@ static const char *path_of(const char *name)
             return paths[i];
     if (count == NG_COUNT(paths))
         abort();
-    return strcpy(paths[count++], path);
+    return memcpy(paths[count++], path, sizeof path);
 }
 
 // Not ng_file_write, which waits for the disk.
