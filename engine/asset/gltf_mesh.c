@@ -191,6 +191,8 @@ static void normalize_influences(struct influences *first, struct influences *mo
 static ng_result take_joints(struct gltf_loader *l, const char *where, const struct influences *in,
                              uint32_t vertex_count, uint16_t **out, uint32_t *joint_limit)
 {
+    if (!vertex_count)
+        return NG_OK;
     NG_TRY(ng_gltf_budget(l, vertex_count * (uint64_t)8, where));
     *out = malloc(vertex_count * (size_t)4 * sizeof **out);
     if (!*out)
