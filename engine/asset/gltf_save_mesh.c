@@ -157,16 +157,17 @@ static void put_eight_influences(struct gltf_saver *s, cJSON *attributes, const 
 {
     size_t n = g->vertex_count;
     float *is = malloc(n * 32 + 1), *before = malloc(n * 32 + 1), *set = malloc(n * 16 + 1);
-    s->w.failed |= !is || !before || !set;
+    bool room = is && before && set;
+    s->w.failed |= !room;
     put_words(s, attributes, "JOINTS_0", g->joints, g->vertex_count, true);
     put_words(s, attributes, "JOINTS_1", g->joints1, g->vertex_count, true);
-    for (size_t i = 0; !s->w.failed && i < n; i++) {
+    for (size_t i = 0; room && i < n; i++) {
         memcpy(is + i * 8, g->weights + i * 4, 16);
         memcpy(is + i * 8 + 4, g->weights1 + i * 4, 16);
     }
-    if (!s->w.failed)
+    if (room)
         normalizable(is, g->vertex_count, 8, 8, normalize_eight, before);
-    for (int k = 0; !s->w.failed && k < 2; k++) {
+    for (int k = 0; room && k < 2; k++) {
         for (size_t i = 0; i < n; i++)
             memcpy(set + i * 4, before + i * 8 + k * 4, 16);
         put_vertices(s, attributes, k ? "WEIGHTS_1" : "WEIGHTS_0", set, g->vertex_count, 4);
