@@ -352,7 +352,7 @@ static void declare_depth(struct ng_graph *g, const struct pass_data *data)
 
 static bool sky_is_halved(const struct ng_snapshot *s)
 {
-    return 2 * s->scene_radius <= MAX_FACE / 2 * SKY_TEXEL;
+    return 2 * s->scene_radius <= 0.5f * MAX_FACE * SKY_TEXEL;
 }
 
 // What shows in all views together, each of which sees all of the scene's sphere.
