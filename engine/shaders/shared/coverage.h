@@ -28,13 +28,13 @@ NG_SHADER_FN ng_uint ng_coverage_hash(ng_uint x)
 NG_SHADER_FN float ng_coverage_threshold(ng_uint x, ng_uint y, ng_uint surface)
 {
     ng_uint hash = ng_coverage_hash(surface);
-    // Steps along a row and from row to row, of 2^32: powers of the plastic number, in either order and
-    // direction; and bits of the hash, which turn the wave a little.
-    ng_uint a = (hash & 1u) != 0u ? 3242174889u : 2447445414u;
-    ng_uint b = (hash & 1u) != 0u ? 2447445414u : 3242174889u;
+    // Steps along a row and from row to row, of 2^32: powers of the plastic number, and others like them, of
+    // which no two near pixels are nearly alike, so that there are no streaks; in either order and direction.
+    const ng_uint steps[12] = {2447445414u, 3242174889u, 3335039061u, 1512128488u, 2285118017u, 1390991958u,
+                               1708529502u, 1092920818u, 1858888744u, 1380107002u, 2787050158u, 2298887297u};
+    ng_uint wave = (hash >> 2) % 6u * 2u;
+    ng_uint a = steps[wave + (hash & 1u)], b = steps[wave + 1u - (hash & 1u)];
     b = (hash & 2u) != 0u ? 0u - b : b;
-    a += (hash >> 2 & 15u) * 25345671u;
-    b += (hash >> 6 & 15u) * 19876553u;
     ng_uint t = a * x + b * y + hash;
     return ng_float(t >> 8) * NG_COVERAGE_STEP;
 }
