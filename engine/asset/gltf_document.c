@@ -27,9 +27,11 @@ static ng_result check_version(struct gltf_faults *faults, const struct gltf_val
     char rest = 0;
     int parts = sscanf(needed, "%4u.%4u%c", &major, &minor, &rest);
     bool is_2 = major == 2 && (needed[1] == '.' || !needed[1]) && (!min[0] || minor == 0);
-    if (is_2 && parts != 2)
-        return ng_gltf_fault(faults, "it is taken for 2.0", "asset.version: \"%.60s\" is not two numbers",
-                             needed);
+    if (is_2 && parts != 2) {
+        ng_result r = ng_gltf_fault(faults, "it is taken for 2.0",
+                                    "asset.version: \"%.60s\" is not two numbers", needed);
+        return r == NG_ERROR_FORMAT ? NG_OK : r; // a strict load ends with the faults of the JSON
+    }
     if (is_2)
         return NG_OK;
     ng_log_error("%s: asset.%s: \"%.60s\" is not supported, glTF 2.0 is; convert the file", path,

@@ -34,6 +34,7 @@ static const struct bad_file refused_files[] = {
 
 // Refused where the load is strict; else a part is lost.
 static const struct bad_file faulty_files[] = {
+    {"asset_version_number", "asset.version: \"2\" is not two numbers"},
     {"type_view_offset", "bufferViews[0].byteOffset: -4 where a whole number >= 0 is needed"},
     {"type_required", "extensionsRequired: a string where an array is needed"},
     {"type_scene_negative", "scene: -1 where an index"},
