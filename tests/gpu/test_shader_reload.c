@@ -26,8 +26,8 @@ static void path_of(char *out, size_t size, const char *folder, const char *name
     assert_true((size_t)snprintf(out, size, "%s/%s", folder, name) < size);
 }
 
-// Copies a source, with the first `from` of it replaced.
-static void put(const struct rig *r, const char *name, const char *from, const char *to)
+// Copies a source, with the first `from` of it replaced. Returns that one's line.
+static unsigned put(const struct rig *r, const char *name, const char *from, const char *to)
 {
     char path[1024];
     char *text;
@@ -42,8 +42,12 @@ static void put(const struct rig *r, const char *name, const char *from, const c
     snprintf(changed, size + added + 1, "%.*s%s%s", (int)head, text, added ? to : "", at + skipped);
     path_of(path, sizeof path, r->folder, name);
     assert_int_equal(ng_file_write(path, changed, size - skipped + added), NG_OK);
+    unsigned line = 1;
+    for (size_t i = 0; i < head; i++)
+        line += text[i] == '\n';
     free(changed);
     free(text);
+    return line;
 }
 
 struct copying {
@@ -202,19 +206,23 @@ static void an_error_leaves_the_picture(void **state)
     NG_UNUSED(state);
     static const struct {
         const char *file, *from, *to, *said;
+        bool in_line; // that is said
     } mistakes[] = {
-        {"tonemap.frag", "out_color.a = 1;", "out_color.a = nothing;", "/tonemap.frag:84: 'nothing'"},
-        {"depth.vert.glsl", "vec4 m[3]", "vec5 m[3]", "/depth.vert.glsl:23: 'vec5'"},
-        {"shared/display.h", "#define", "none\n#define", "/shared/display.h:"},
-        {"tonemap.frag", "#include \"shared/display.h\"", "#include \"missing.glsl\"", "missing.glsl"},
-        {"tonemap.frag", "binding = 7) uniform", "binding = 9) uniform", "set 0, binding 9"},
-        {"tonemap.frag", "scalar) readonly buffer Exposure", "scalar) uniform Exposure", "set 0, binding 6"},
+        {"tonemap.frag", "out_color.a = 1;", "out_color.a = nothing;", "'nothing'", true},
+        {"depth.vert.glsl", "vec4 m[3]", "vec5 m[3]", "'vec5'", true},
+        {"shared/display.h", "#define", "none\n#define", "/shared/display.h:", false},
+        {"tonemap.frag", "#include \"shared/display.h\"", "#include \"missing.glsl\"", "missing.glsl", false},
+        {"tonemap.frag", "binding = 7) uniform", "binding = 9) uniform", "set 0, binding 9", false},
+        {"tonemap.frag", "scalar) readonly buffer Exposure", "scalar) uniform Exposure", "set 0, binding 6",
+         false},
     };
     struct rig r;
     begin(&r, false);
     for (size_t i = 0; i < NG_COUNT(mistakes); i++) {
-        put(&r, mistakes[i].file, mistakes[i].from, mistakes[i].to);
-        wait_for_error(&r, true, mistakes[i].said);
+        char said[128];
+        unsigned line = put(&r, mistakes[i].file, mistakes[i].from, mistakes[i].to);
+        snprintf(said, sizeof said, "/%s:%u: %s", mistakes[i].file, line, mistakes[i].said);
+        wait_for_error(&r, true, mistakes[i].in_line ? said : mistakes[i].said);
         assert_true(is_as_before(&r));
         put(&r, mistakes[i].file, NULL, NULL);
         wait_for_error(&r, false, NULL);
