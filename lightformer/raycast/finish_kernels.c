@@ -108,8 +108,9 @@ static void find_motion(const struct lf_finish *t, const struct lf_finish_view *
     const float *m = v->previous, parallel = v->parallel ? 1 : 0;
     float x[LF_PACKET], y[LF_PACKET]; // of the pixel, from the tile's first
     for (int i = 0; i < LF_PACKET; i++) {
-        x[i] = (float)(i % LF_TILE);
-        y[i] = (float)(i / LF_TILE);
+        int column = i % LF_TILE, row = i / LF_TILE;
+        x[i] = (float)column;
+        y[i] = (float)row;
     }
     LANES
     {

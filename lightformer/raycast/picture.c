@@ -29,7 +29,10 @@ struct drawing {
 
 static bool moves(const struct ng_snapshot *s, const struct ng_snapshot_instance *in)
 {
-    return s->meshes[in->mesh].dynamic || memcmp(in->matrix, in->previous_matrix, sizeof in->matrix) != 0;
+    bool moved = s->meshes[in->mesh].dynamic;
+    for (size_t i = 0; i < NG_COUNT(in->matrix); i++)
+        moved |= in->matrix[i] != in->previous_matrix[i];
+    return moved;
 }
 
 static void find_before(const struct drawing *d, const struct lf_hit *hit, int lane, struct lf_finish *out)

@@ -135,9 +135,9 @@ ng_result lf_raycast_join(struct lf_raycast *self, struct ng_composer *composer)
     return NG_OK;
 }
 
-void lf_raycast_leave(struct lf_raycast *self)
+void lf_raycast_leave(struct lf_raycast *raycast)
 {
-    if (self->composer)
-        lf_ray_scene_unregister(self->composer, PROVIDER);
-    self->composer = NULL;
+    if (raycast->composer)
+        lf_ray_scene_unregister(raycast->composer, PROVIDER);
+    raycast->composer = NULL;
 }

@@ -73,8 +73,9 @@ static void aim(const struct lf_view *v, uint32_t x, uint32_t y, struct lf_tile 
     float right[LF_PACKET], down[LF_PACKET],
         (*moved)[LF_PACKET] = v->parallel ? tile->origin : tile->direction;
     for (uint32_t i = 0; i < LF_PACKET; i++) {
-        right[i] = 2 * ((float)(x + i % LF_TILE) + 0.5f) / (float)v->width - 1;
-        down[i] = 2 * ((float)(y + i / LF_TILE) + 0.5f) / (float)v->height - 1;
+        uint32_t column = x + i % LF_TILE, row = y + i / LF_TILE;
+        right[i] = 2 * ((float)column + 0.5f) / (float)v->width - 1;
+        down[i] = 2 * ((float)row + 0.5f) / (float)v->height - 1;
     }
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < LF_PACKET; i++) {

@@ -197,18 +197,26 @@ static void write_order(struct viewer *v)
     o->divider = v->picture.divider;
 }
 
-static bool same_order(const struct view_order *a, const struct view_order *b)
+static bool same_sides(const struct view_side *a, const struct view_side *b)
 {
-    return memcmp(a, b, sizeof *a) == 0;
+    for (int i = 0; i < VIEW_SIDES; i++)
+        if (a[i].method != b[i].method || a[i].layer != b[i].layer)
+            return false;
+    return true;
 }
 
 // A clip that plays makes the next picture another one, but the one at work none that nobody wants.
 static bool differs_in_more_than_time(const struct view_order *a, const struct view_order *b)
 {
-    static struct view_order at_that_time;
-    at_that_time = *a;
-    at_that_time.time = b->time;
-    return !same_order(&at_that_time, b);
+    return strcmp(a->scene, b->scene) != 0 || a->opening != b->opening || a->camera != b->camera ||
+           a->looks != b->looks || a->clip != b->clip || !pose_same(&a->pose, &b->pose) ||
+           a->stops != b->stops || a->width != b->width || a->height != b->height ||
+           !same_sides(a->sides, b->sides) || a->comparison != b->comparison || a->divider != b->divider;
+}
+
+static bool same_order(const struct view_order *a, const struct view_order *b)
+{
+    return a->time == b->time && !differs_in_more_than_time(a, b);
 }
 
 static bool asks_for_frames(const struct viewer *v)
@@ -266,7 +274,7 @@ static void hand_in(struct viewer *v)
     if (!wants_picture(v))
         return;
     bool last_step = v->now >= v->changed + ADAPTED_S;
-    v->moves = v->begun_any && memcmp(&v->order.pose, &v->begun.pose, sizeof v->order.pose) != 0;
+    v->moves = v->begun_any && !pose_same(&v->order.pose, &v->begun.pose);
     v->seconds = last_step ? INFINITY : (float)(v->now - v->handed);
     v->jumped = v->jumps;
     v->jumps = false;

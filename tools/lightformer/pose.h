@@ -21,6 +21,12 @@ struct pose {
     float height; // of what an orthographic camera sees, metres; 0: as the camera has it
 };
 
+static inline bool pose_same(const struct pose *a, const struct pose *b)
+{
+    return a->eye[0] == b->eye[0] && a->eye[1] == b->eye[1] && a->eye[2] == b->eye[2] && a->yaw == b->yaw &&
+           a->pitch == b->pitch && a->height == b->height;
+}
+
 #define POSE_TEXT 128
 
 // False, reported, if a text is none; null is one.
