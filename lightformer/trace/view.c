@@ -23,11 +23,17 @@ struct lf_view lf_view_of(const struct ng_snapshot_camera *camera, uint32_t widt
     return v;
 }
 
+// Where in a pixel its ray passes: a hair beside the middle. Through the very middle of pixels lie edges of
+// rooms that stand as their camera does, and which of two surfaces that meet in an edge is met depends on the
+// structure of the scene, so on lamps that are not even seen.
+#define ACROSS 1.3e-6f // in halves of the picture: some steps of the numbers there
+#define DOWN   -1.1e-6f
+
 struct lf_ray lf_view_ray(const struct lf_view *v, uint32_t x, uint32_t y)
 {
     struct lf_ray ray = {.far = INFINITY};
-    float right = 2 * ((float)x + 0.5f) / (float)v->width - 1,
-          down = 2 * ((float)y + 0.5f) / (float)v->height - 1;
+    float right = 2 * ((float)x + 0.5f) / (float)v->width - 1 + ACROSS,
+          down = 2 * ((float)y + 0.5f) / (float)v->height - 1 + DOWN;
     memcpy(ray.origin, v->position, sizeof ray.origin);
     memcpy(ray.direction, v->forward, sizeof ray.direction);
     float *moved = v->parallel ? ray.origin : ray.direction;
@@ -74,8 +80,8 @@ static void aim(const struct lf_view *v, uint32_t x, uint32_t y, struct lf_tile 
         (*moved)[LF_PACKET] = v->parallel ? tile->origin : tile->direction;
     for (uint32_t i = 0; i < LF_PACKET; i++) {
         uint32_t column = x + i % LF_TILE, row = y + i / LF_TILE;
-        right[i] = 2 * ((float)column + 0.5f) / (float)v->width - 1;
-        down[i] = 2 * ((float)row + 0.5f) / (float)v->height - 1;
+        right[i] = 2 * ((float)column + 0.5f) / (float)v->width - 1 + ACROSS;
+        down[i] = 2 * ((float)row + 0.5f) / (float)v->height - 1 + DOWN;
     }
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < LF_PACKET; i++) {
@@ -125,13 +131,12 @@ static void forget_hits(struct packet *p)
     }
 }
 
-// Among instances Embree does not come back from some coherent packets, and what others meet there depends on
-// the rays beside.
+// Not as a coherent packet, though that takes a fifth less time: what its rays meet in an edge would depend
+// on how they lie together. Among instances it does so in any packet.
 static void trace(const struct lf_tracer *t, RTCScene scene, struct lf_query *q, struct packet *p)
 {
     forget_hits(p);
     if (!t->shared.count) {
-        q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
         rtcIntersect16(p->valid, scene, &q->context, &p->rays);
         return;
     }
