@@ -8,8 +8,8 @@
 #include "base/printable.h"
 #include "base/result.h"
 
-#include <assert.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const struct cli_command *const commands[] = {
@@ -76,6 +76,21 @@ static bool check_files(const struct cli_command *command, const void *values)
     return good;
 }
 
+// `values`: room for those of the command.
+static int run(const struct cli_command *command, int count, char **arguments, void *values)
+{
+    switch (cli_parse(command, count, arguments, values, stderr)) {
+    case CLI_RUN:
+        return finish(check_files(command, values) ? command->run(values) : CLI_USAGE);
+    case CLI_HELP:
+        cli_help(command, stdout);
+        return finish(CLI_DONE);
+    case CLI_WRONG:
+        break;
+    }
+    return CLI_USAGE;
+}
+
 int main(int argc, char **argv)
 {
     ng_interrupt_watch();
@@ -95,17 +110,13 @@ int main(int argc, char **argv)
     if (!command)
         return CLI_USAGE;
 
-    _Alignas(max_align_t) unsigned char values[512];
-    assert(command->values_size <= sizeof values);
-    int words = strcmp(argv[1], command->name) == 0 ? 2 : 1; // before the arguments
-    switch (cli_parse(command, argc - words, argv + words, values, stderr)) {
-    case CLI_RUN:
-        return finish(check_files(command, values) ? command->run(values) : CLI_USAGE);
-    case CLI_HELP:
-        cli_help(command, stdout);
-        return finish(CLI_DONE);
-    case CLI_WRONG:
-        break;
+    void *values = malloc(command->values_size);
+    if (!values) {
+        fputs("lightformer: out of memory\n", stderr);
+        return CLI_FAILED;
     }
-    return CLI_USAGE;
+    int words = strcmp(argv[1], command->name) == 0 ? 2 : 1; // before the arguments
+    int status = run(command, argc - words, argv + words, values);
+    free(values);
+    return status;
 }
