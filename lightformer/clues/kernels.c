@@ -817,8 +817,7 @@ static void reflect_rays(const struct lf_shading_point *at, float grain, const s
     }
 }
 
-// ---- neighbours
-// --------------------------------------------------------------------------------------------
+// ---- neighbours ------------------------------------------------------------------------------------------
 
 #define NARROW 0.1f   // alpha
 #define SAME   0.999f // overlap of lobes
