@@ -109,6 +109,7 @@ struct ng_material_record {
     struct ng_material value;          // textures that are missing are null
     uint64_t images[NG_TEXTURE_COUNT]; // revisions of their contents
     uint64_t reflection, emission;     // revisions: equal ones, of any records, mean that it looks the same
+    uint64_t emitter;                  // of reflection, where a light shows it: no light is unlit
 };
 
 // Numbers that move when entities come and go, or change what they have.

@@ -106,11 +106,16 @@ static void take_value(struct ng_extractor *x, struct ng_material_record *record
         value.alpha_mode = NG_ALPHA_OPAQUE;
     bool reflects =
         !record->reflection || ng_extract_reflects_differently(&record->value, &value) || other_images;
+    struct ng_material lit = value;
+    lit.unlit = record->value.unlit;
+    bool emitter = !record->emitter || ng_extract_reflects_differently(&record->value, &lit) || other_images;
     bool emits = !record->emission || emits_differently(&record->value, &value) ||
                  record->images[NG_TEXTURE_EMISSIVE] != images[NG_TEXTURE_EMISSIVE];
     memcpy(record->images, images, sizeof images);
     if (reflects)
         record->reflection = ++x->clock;
+    if (emitter)
+        record->emitter = x->clock;
     if (emits)
         record->emission = ++x->clock;
     x->materials_changed |= reflects || emits;

@@ -188,11 +188,13 @@ static bool show_material(struct ng_extractor *x, uint32_t index)
     struct ng_snapshot_instance *instance = &x->instances.items[index];
     const struct ng_material_record *record =
         &x->records.items[ng_extract_material_index(x, piece->material)];
-    uint64_t emission = instance->light == NG_NONE ? record->emission : 0;
-    bool reflects = piece->reflection != record->reflection;
+    bool is_light = instance->light != NG_NONE;
+    uint64_t reflection = is_light ? record->emitter : record->reflection;
+    uint64_t emission = is_light ? 0 : record->emission;
+    bool reflects = piece->reflection != reflection;
     if (piece->emission != emission)
         x->snapshot.emission_version = ++x->clock;
-    piece->reflection = record->reflection;
+    piece->reflection = reflection;
     piece->emission = emission;
     set_flag(instance, NG_INSTANCE_DOUBLE_SIDED, record->value.double_sided);
     set_flag(instance, NG_INSTANCE_MASKED, ng_extract_lets_through(&record->value));

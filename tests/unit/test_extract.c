@@ -1133,8 +1133,8 @@ static void test_threads_do_not_matter(void **state)
     close_scene(&s[1]);
 }
 
-// What nobody sees makes no light another: a texture's coordinates without the texture, and all that an
-// emitter without triangles says but how bright it would be.
+// What nobody sees makes no light another: a texture's coordinates without the texture, that a light's
+// material would be unlit, and all that an emitter without triangles says but how bright it would be.
 static void test_dark_emitters_stay_as_they_are(void **state)
 {
     (void)state;
@@ -1146,8 +1146,13 @@ static void test_dark_emitters_stay_as_they_are(void **state)
     uint64_t version = frame(&s, 0)->lights[0].version;
     ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->emissive_uv_set = 1;
     assert_true(frame(&s, 1)->lights[0].version == version);
+    ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->unlit =
+        true; // but it is a light
+    const struct ng_snapshot *n = frame(&s, 1.5);
+    assert_true(n->lights[0].version == version && moved_count(n) == 0);
+    ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->unlit = false;
     ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->emissive_texture = add_image(&s);
-    const struct ng_snapshot *n = frame(&s, 2);
+    n = frame(&s, 2);
     assert_true(n->lights[0].version > version);
     version = n->lights[0].version;
     ((struct ng_material *)ng_world_edit(s.world, s.material, NG_MATERIAL))->emissive_uv_set = 0;
