@@ -153,8 +153,8 @@ void ng_light_incident_at(const struct ng_light_source *s, const struct ng_light
     ng_light_scaled(sample->radiance, profile(s, sample, toward) / density, out->irradiance);
 }
 
-static bool sample_of_hit(const struct ng_light_source *s, const struct ng_light_hit *hit,
-                          struct ng_light_sample *out)
+bool ng_light_sample_of_hit(const struct ng_light_source *s, const struct ng_light_hit *hit,
+                            struct ng_light_sample *out)
 {
     memset(out, 0, sizeof *out);
     return lit(s) && s->type->at_hit && s->type->at_hit(s, hit, out) && valid(out);
@@ -163,7 +163,7 @@ static bool sample_of_hit(const struct ng_light_source *s, const struct ng_light
 float ng_light_pdf_at(const struct ng_light_source *s, const struct ng_light_hit *hit)
 {
     struct ng_light_sample sample;
-    if (!sample_of_hit(s, hit, &sample))
+    if (!ng_light_sample_of_hit(s, hit, &sample))
         return 0;
     if (s->type->infinite)
         return sample.pdf;
@@ -175,7 +175,7 @@ void ng_light_seen_at(const struct ng_light_source *s, const struct ng_light_hit
 {
     struct ng_light_sample sample;
     memset(rgb, 0, 3 * sizeof(float));
-    if (!sample_of_hit(s, hit, &sample))
+    if (!ng_light_sample_of_hit(s, hit, &sample))
         return;
     float toward[3];
     ng_light_scaled(hit->direction, -1.0f, toward);

@@ -188,6 +188,10 @@ float ng_light_power(const struct ng_light_source *s);
 void ng_light_sample_at(const struct ng_light_source *s, const float u[2], struct ng_light_sample *out);
 void ng_light_incident_at(const struct ng_light_source *s, const struct ng_light_sample *sample,
                           const float receiver[3], struct ng_light_incident *out);
+// The sample that would have been taken there, on the side that was hit. False: the light has no surface
+// there.
+bool ng_light_sample_of_hit(const struct ng_light_source *s, const struct ng_light_hit *hit,
+                            struct ng_light_sample *out);
 // Solid-angle density with which ng_light_sample_at + ng_light_incident_at would have found this hit.
 float ng_light_pdf_at(const struct ng_light_source *s, const struct ng_light_hit *hit);
 // Radiance that a ray with this hit sees of the light; zero for delta lights.

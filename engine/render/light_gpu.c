@@ -2,6 +2,7 @@
 // camera's: so that front faces have the same order on screen everywhere.
 #include "render/light_gpu.h"
 
+#include "render/light_facets.h"
 #include "render/passes.h"
 
 #include <cglm/cglm.h>
@@ -16,6 +17,7 @@
 #define SKY_SPREAD         0.15f
 #define LEAST_SKY_VIEWS    8u
 #define MOST_SKY_TRIANGLES 4000000u // in all views together
+#define FRAME_FACETS       65536u   // of all lights together
 #define SLICE_NEAR         0.05f    // metres: nothing nearer to the camera deserves a cascade of its own
 
 static void copy3(float to[3], const float from[3])
@@ -323,6 +325,15 @@ void ng_light_gpu_sky_view(const struct ng_light_gpu *l, const struct ng_snapsho
 
 // ---- Buffers ---------------------------------------------------------------------------------------------
 
+static ng_result record_facets(struct ng_gpu *gpu, const struct ng_snapshot *snapshot, struct ng_light_gpu *l)
+{
+    struct ng_light_facets f;
+    ng_light_facets_of(&snapshot->lights[l->data.index].source, FRAME_FACETS / snapshot->light_count, &f);
+    l->data.facet_kind = f.kind;
+    l->data.facet_count = f.count;
+    return ng_frame_put(gpu, f.facets, (f.count ? f.count : 1) * sizeof f.facets[0], &l->facet_range);
+}
+
 ng_result ng_light_gpu_record(struct ng_gpu *gpu, const struct ng_snapshot *snapshot, struct ng_light_gpu *l)
 {
     if (l->sky_view_count) {
@@ -331,6 +342,7 @@ ng_result ng_light_gpu_record(struct ng_gpu *gpu, const struct ng_snapshot *snap
         for (uint32_t i = 0; i < l->sky_view_count; i++)
             ng_light_gpu_sky_view(l, snapshot, i, &views[i]);
     }
+    NG_TRY(record_facets(gpu, snapshot, l));
     NG_TRY(ng_frame_put(gpu, &l->data, sizeof l->data, &l->data_range));
     NG_TRY(ng_frame_put(gpu, l->vpls, sizeof l->vpls, &l->vpl_range));
     NG_TRY(ng_frame_put(gpu, l->depth_views, sizeof l->depth_views, &l->depth_view_range));

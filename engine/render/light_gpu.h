@@ -23,7 +23,7 @@ struct ng_light_gpu {
     // Of a sky, light from so many directions that one depth map tells nothing: so many VPLs, the first ones,
     // have a view each. 0: no sky.
     uint32_t sky_view_count;
-    struct ng_frame_range data_range, vpl_range, depth_view_range, rsm_view_range, sky_range;
+    struct ng_frame_range data_range, vpl_range, depth_view_range, rsm_view_range, sky_range, facet_range;
 };
 
 // Observes a light. A scene wider than `cascade_radius` makes orthographic lights follow the camera with four

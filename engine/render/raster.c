@@ -93,7 +93,7 @@ static ng_result make_sum(struct ng_gpu *gpu, const struct ng_gpu_graphics_param
 
 static ng_result make_direct(struct ng_gpu *gpu, struct ng_gpu_pipeline **out)
 {
-    static const struct ng_gpu_slot slots[] = {DIRECT_SLOTS};
+    static const struct ng_gpu_slot slots[] = {DIRECT_SLOTS, BUFFER(10)};
     const struct ng_gpu_graphics_params params = {.name = "direct",
                                                   .fragment = NG_SPIRV(ng_spv_direct_frag),
                                                   .slots = slots,
@@ -218,8 +218,9 @@ static ng_result add_light(const struct ng_pass_context *ctx)
                                               ng_pass_texture(ctx, d->visibility, 5),
                                               light[1],
                                               light[2],
-                                              filtered_map(d, lit, 6)};
-    NG_TRY(ng_cmd_bind(ctx->cmd, pipeline, bindings, NG_COUNT(bindings) - (environment ? 0 : 1)));
+                                              environment ? filtered_map(d, lit, 6)
+                                                          : ng_pass_range(&d->maps->gpu->facet_range, 10)};
+    NG_TRY(ng_cmd_bind(ctx->cmd, pipeline, bindings, NG_COUNT(bindings)));
     if (environment) {
         struct ng_environment_push push;
         ng_environment_push_of(lit, &push);

@@ -1,5 +1,5 @@
 // Direct light of one light: its direct VPLs summed with the shared BRDF, times its visibility.
-// NG_ENVIRONMENT: of an environment.
+// Near an emitter how much of it there is comes from the emitter's surface. NG_ENVIRONMENT: of an environment.
 #include "shared/scene.h"
 #include "shared/brdf.h"
 
@@ -14,6 +14,9 @@ layout(set = 0, binding = 6) uniform sampler2D environment_map;
 #endif
 layout(set = 0, binding = 8, scalar) readonly buffer Light { ng_light_data this_light; };
 layout(set = 0, binding = 9, scalar) readonly buffer Vpls { ng_vpl_data vpls[]; };
+#ifndef NG_ENVIRONMENT
+layout(set = 0, binding = 10, scalar) readonly buffer Facets { ng_facet_data facets[]; };
+#endif
 
 layout(location = 0) in vec2 in_ndc;
 layout(location = 0) out vec4 out_unshadowed; // added over the lights
@@ -27,6 +30,8 @@ ng_light_data light; // read once, not in each turn of a loop
 #include "reflector.glsl"
 #ifdef NG_ENVIRONMENT
 #include "environment_light.glsl"
+#else
+#include "near_light.glsl"
 #endif
 
 // Visibility over the 3 x 3 pixels around, of those that lie on the receiver's tangent plane: the turns of
@@ -47,27 +52,56 @@ float filtered_visibility(ivec2 at, vec3 p, vec3 n)
     return weights > 0 ? sum / weights : texelFetch(visibility_map, at, 0).r;
 }
 
+#ifndef NG_ENVIRONMENT
+// In radii of the patch that a VPL stands for: VPLs that are nearer than the first show one by one, than the second a little.
+const float NEAR = 8, FAR = 16;
+const float LEAST_FOUND = 0.2; // of the light that is there; where VPLs find less they do not tell what it looks like
+
+// Sums over VPLs.
+struct vpl_sum {
+    vec3 radiance, irradiance; // reflected, and of the receiver
+    float nearest;             // distance of a VPL over the radius of its patch, squared
+};
+
+void add_vpl(inout vpl_sum sum, reflector r, vec3 p, ng_vpl_data vpl)
+{
+    vec3 d = vpl.position - p;
+    float square = max(dot(d, d), 1e-8);
+    vec3 l = d * inversesqrt(square), irradiance = vpl.weight;
+    if (light.vpl_kind == NG_VPL_AREA) {
+        // A patch is no point: near ones are clamped to its size, softly.
+        float patch_square = 1 / (NG_SHADER_PI * vpl.density);
+        irradiance *= max(-dot(vpl.normal, l), 0.0) * inversesqrt(square * square + patch_square * patch_square);
+        sum.nearest = min(sum.nearest, square / patch_square);
+    } else
+        irradiance *= light_cone(light, -l) / square;
+    sum.irradiance += irradiance * max(dot(r.normal, l), 0.0);
+    sum.radiance += reflected(r, l, irradiance, light.vpl_radius * inversesqrt(square));
+}
+
+// Near an emitter the closed form tells how much light arrives, its VPLs what part of that is reflected.
+vec3 corrected(vpl_sum sum, reflector r, vec3 p)
+{
+    float near = light.facet_count != 0 ? 1 - smoothstep(NEAR * NEAR, FAR * FAR, sum.nearest) : 0;
+    vec3 irradiance = near_irradiance(p, r.normal, near > 0);
+    vec3 missed = max(LEAST_FOUND * irradiance - sum.irradiance, vec3(0));
+    vec3 radiance = sum.radiance + reflected_light(r, r.normal, missed, 1, 0);
+    return near > 0 ? mix(sum.radiance, radiance * irradiance / max(sum.irradiance + missed, vec3(1e-30)), near) : sum.radiance;
+}
+
 vec3 reflected_vpls(reflector r, vec3 p)
 {
-    vec3 sum = vec3(0);
-    for (uint i = 0; i < light.vpl_count; i++) {
-        vec3 l, irradiance = vpls[i].weight;
-        float patch_tangent = light.vpl_radius; // under which the receiver sees the patch that the VPL stands for
-        if (light.vpl_kind == NG_VPL_DIRECTIONAL) {
-            l = -vpls[i].normal;
-        } else {
-            vec3 d = vpls[i].position - p;
-            float square = max(dot(d, d), 1e-8);
-            l = d * inversesqrt(square);
-            patch_tangent *= inversesqrt(square);
-            // A patch is no point: near ones are clamped to their size.
-            irradiance /= max(square, light.vpl_radius * light.vpl_radius);
-            irradiance *= light.vpl_kind == NG_VPL_AREA ? max(-dot(vpls[i].normal, l), 0.0) : light_cone(light, -l);
-        }
-        sum += reflected(r, l, irradiance, patch_tangent);
+    vpl_sum sum = vpl_sum(vec3(0), vec3(0), 1e30);
+    if (light.vpl_kind == NG_VPL_DIRECTIONAL) {
+        for (uint i = 0; i < light.vpl_count; i++)
+            sum.radiance += reflected(r, -vpls[i].normal, vpls[i].weight, light.vpl_radius);
+        return sum.radiance;
     }
-    return sum;
+    for (uint i = 0; i < light.vpl_count; i++)
+        add_vpl(sum, r, p, vpls[i]);
+    return corrected(sum, r, p);
 }
+#endif
 
 void main()
 {

@@ -8,8 +8,11 @@
 #include "asset/assets.h"
 #include "components/components.h"
 #include "components/light_directional.h"
+#include "components/light_disk.h"
+#include "components/light_mesh.h"
 #include "components/light_point.h"
 #include "components/light_rectangle.h"
+#include "components/light_sphere.h"
 #include "components/light_spot.h"
 #include "gpu/frame.h"
 #include "graph/graph.h"
@@ -513,6 +516,162 @@ static void light_maps_are_redrawn_only_when_what_they_show_changes(void **state
     assert_int_equal(runs_of(s, "rsm:lamp/depth"), 3);
 }
 
+// ---- light near an emitter
+// ---------------------------------------------------------------------------------
+
+#define NEAR_SAMPLES (1 << 16)
+#define TUBE_SIDES   64
+
+// Radiance to the eye at a pixel, of so many samples of the light that none shows.
+static float sampled_radiance(struct stage *s, const struct ng_light_source *light,
+                              const struct ng_light_sample *samples, uint32_t px, uint32_t py)
+{
+    const float *p = texel(s, "position", px, py), *n = texel(s, "normal", px, py);
+    const float eye[3] = {0, 0, 1};
+    float v[3], nv = 0, length = 0;
+    double sum = 0;
+    for (int a = 0; a < 3; a++)
+        v[a] = eye[a] - p[a], length += v[a] * v[a];
+    for (int a = 0; a < 3; a++)
+        v[a] /= sqrtf(length), nv += n[a] * v[a];
+    for (uint32_t i = 0; i < NEAR_SAMPLES; i++) {
+        struct ng_light_incident in;
+        float nl = 0, lv = 0;
+        ng_light_incident_at(light, &samples[i], p, &in);
+        for (int a = 0; a < 3; a++)
+            nl += n[a] * in.direction[a], lv += in.direction[a] * v[a];
+        float half = sqrtf(fmaxf(0.5f * (1 + lv), 1e-6f)); // v.h
+        if (nl > 0)
+            sum += (double)(ng_brdf(nl, nv, (nl + nv) / (2 * half), half, WALL, 0.04f, 1) * nl *
+                            in.irradiance[0]);
+    }
+    return (float)(sum / NEAR_SAMPLES);
+}
+
+// The picture of a light without anything in between, against that: everywhere within `tolerance` of what is
+// there, plus a hundredth of the brightest.
+static void assert_lights_evenly(struct stage *s, const char *what, float tolerance)
+{
+    enum { STEP = 5 };
+    const struct ng_light_source *light = &s->lights[0].source;
+    struct ng_light_sample *samples = calloc(NEAR_SAMPLES, sizeof *samples);
+    float want[SIZE / STEP][SIZE / STEP], most = 0;
+    draw(s);
+    ng_light_vpls(light, NEAR_SAMPLES, samples);
+    for (uint32_t y = 0; y < SIZE / STEP; y++)
+        for (uint32_t x = 0; x < SIZE / STEP; x++) {
+            want[y][x] = sampled_radiance(s, light, samples, x * STEP + 2, y * STEP + 2);
+            most = fmaxf(most, want[y][x]);
+        }
+    for (uint32_t y = 0; y < SIZE / STEP; y++)
+        for (uint32_t x = 0; x < SIZE / STEP; x++) {
+            float got = texel(s, "unshadowed", x * STEP + 2, y * STEP + 2)[0];
+            if (!(fabsf(got - want[y][x]) <= tolerance * want[y][x] + 0.01f * most))
+                fail_msg("%s, pixel %u %u: got %g, want %g", what, x * STEP + 2, y * STEP + 2, (double)got,
+                         (double)want[y][x]);
+        }
+    ng_light_finish(&s->lights[0].source);
+    s->snapshot.light_count = 0;
+    free(samples);
+}
+
+// At `distance` before the wall at the back, facing it, or for -1 standing on the floor, facing the camera.
+static void pose_emitter(float distance, float height, float m[16])
+{
+    identity(m); // looks along -Z
+    m[14] = -2 + distance;
+    if (distance < 0) {
+        m[0] = m[10] = -1;
+        m[13] = -2 + height;
+        m[14] = -1.9f;
+    }
+}
+
+static void light_is_even_however_near_the_emitter(void **state)
+{
+    struct stage *s = *state;
+    const float distances[] = {0.01f, 0.1f, 1, -1};
+    const struct ng_light_rectangle r = {.on = true, .color = {1, 1, 1}, .radiance = 5, .size = {1, 0.6f}};
+    const struct ng_light_disk d = {.on = true, .color = {1, 1, 1}, .radiance = 5, .radius = 0.4f};
+    const struct ng_light_sphere b = {.on = true, .color = {1, 1, 1}, .radiance = 5, .radius = 0.3f};
+    for (size_t i = 0; i < NG_COUNT(distances); i++) {
+        float m[16];
+        pose_emitter(distances[i], 0.3f, m);
+        add_light(s, NG_LIGHT_RECTANGLE, &r, sizeof r, m);
+        assert_lights_evenly(s, "rectangle", 0.08f);
+        pose_emitter(distances[i], 0.4f, m);
+        add_light(s, NG_LIGHT_DISK, &d, sizeof d, m);
+        assert_lights_evenly(s, "disk", 0.08f);
+        pose_emitter(distances[i] < 0 ? -1 : distances[i] + 0.3f, 0.3f, m);
+        m[14] = fmaxf(m[14], -1.69f);
+        add_light(s, NG_LIGHT_SPHERE, &b, sizeof b, m);
+        assert_lights_evenly(s, "sphere", 0.08f);
+    }
+}
+
+static void light_of_a_textured_emitter_is_even(void **state)
+{
+    struct stage *s = *state;
+    const struct ng_light_rectangle r = {.on = true, .color = {1, 1, 1}, .radiance = 5, .size = {1, 0.6f}};
+    static float texels[8][8][4];
+    for (int y = 0; y < 8; y++)
+        for (int x = 0; x < 8; x++)
+            texels[y][x][0] = texels[y][x][1] = texels[y][x][2] = x < 4 ? 1 : 0.2f;
+    const float distances[] = {0.02f, 0.1f, -1, 0.1f};
+    for (size_t i = 0; i < NG_COUNT(distances); i++) {
+        float m[16];
+        if (i == 3) // a spot that is smaller than what the surface is cut into
+            texels[2][2][0] = texels[2][2][1] = texels[2][2][2] = 20;
+        pose_emitter(distances[i], 0.3f, m);
+        struct ng_snapshot_light *l = add_light(s, NG_LIGHT_RECTANGLE, &r, sizeof r, m);
+        l->source.image = (struct ng_light_image){
+            .width = 8, .height = 8, .format = NG_LIGHT_TEXEL_FLOAT32, .pixels = texels};
+        assert_int_equal(ng_light_prepare(&l->source), NG_OK);
+        l->power = ng_light_power(&l->source);
+        assert_lights_evenly(s, "textured rectangle", 0.15f);
+    }
+}
+
+// An upright tube that stands on the floor, of rings of triangles.
+static uint32_t make_tube(uint32_t rings, float *out)
+{
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < rings; k++)
+        for (uint32_t i = 0; i < TUBE_SIDES; i++)
+            for (uint32_t half = 0; half < 2; half++)
+                for (uint32_t c = 0; c < 3; c++, count++) {
+                    static const uint32_t corners[2][3][2] = {{{0, 0}, {1, 0}, {1, 1}},
+                                                              {{0, 0}, {1, 1}, {0, 1}}};
+                    float angle = 2 * PI * (float)(i + corners[half][c][0]) / TUBE_SIDES;
+                    out[count * 3 + 0] = 0.2f * sinf(angle);
+                    out[count * 3 + 1] = -2 + (float)(k + corners[half][c][1]) / (float)rings;
+                    out[count * 3 + 2] = -1.6f + 0.2f * cosf(angle);
+                }
+    return count / 3;
+}
+
+static void light_of_a_mesh_is_even(void **state)
+{
+    struct stage *s = *state;
+    const struct ng_light_mesh mesh = {.on = true, .color = {1, 1, 1}, .scale = 1};
+    static float triangles[8 * TUBE_SIDES * 2 * 9];
+    for (uint32_t rings = 1; rings <= 8; rings *= 8)
+        for (int sides = 1; sides <= 2; sides++) {
+            float m[16];
+            identity(m);
+            struct ng_snapshot_light *l = add_light(s, NG_LIGHT_MESH, &mesh, sizeof mesh, m);
+            l->source.triangles = triangles;
+            l->source.triangle_count = make_tube(rings, triangles);
+            l->source.double_sided = sides == 2;
+            for (int c = 0; c < 3; c++)
+                l->source.emission[c] = 5;
+            assert_int_equal(ng_light_prepare(&l->source), NG_OK);
+            l->power = ng_light_power(&l->source);
+            assert_lights_evenly(s, rings == 1 ? "mesh" : "mesh of many triangles",
+                                 rings == 1 ? 0.08f : 0.3f);
+        }
+}
+
 static void lights_add_up_and_names_may_clash(void **state)
 {
     struct stage *s = *state;
@@ -929,6 +1088,9 @@ int main(void)
         T(an_area_light_has_a_penumbra),
         T(the_rsm_reflects_the_power_of_the_light),
         T(light_maps_are_redrawn_only_when_what_they_show_changes),
+        T(light_is_even_however_near_the_emitter),
+        T(light_of_a_textured_emitter_is_even),
+        T(light_of_a_mesh_is_even),
         T(lights_add_up_and_names_may_clash),
         T(the_display_is_the_tone_map_of_beauty),
         T(the_meter_exposes_light_of_any_strength),

@@ -68,10 +68,14 @@ static const struct member members[] = {
     M(ng_light_data, vpl_count),
     M(ng_light_data, vpl_radius),
     M(ng_light_data, index),
+    M(ng_light_data, facet_kind),
+    M(ng_light_data, facet_count),
     M(ng_vpl_data, position),
     M(ng_vpl_data, normal),
     M(ng_vpl_data, weight),
     M(ng_vpl_data, density),
+    M(ng_facet_data, corners),
+    M(ng_facet_data, radiance),
 };
 
 // Instructions of the SPIR-V specification, 3.32, and the decoration Offset.

@@ -112,6 +112,8 @@ struct ng_light_data {
     NG_UINT(vpl_count);
     NG_FLOAT(vpl_radius); // of the disk that one VPL stands for, metres
     NG_UINT(index);       // in the snapshot
+    NG_UINT(facet_kind);  // NG_FACETS_*
+    NG_UINT(facet_count); // that are the emitter together; 0: it has no surface
 };
 
 // A direct VPL as the shaders sum it.
@@ -121,6 +123,17 @@ struct ng_vpl_data {
     NG_VEC3(weight);   // radiance / (pdf * count). Area and point: W/sr; directional and environment: W/m2
     NG_FLOAT(density); // pdf * count: of an environment, VPLs a steradian
 };
+
+// A part of an emitter, for receivers so near that its VPLs show one by one.
+struct ng_facet_data {
+    NG_VEC3_ARRAY(corners, 3); // of a triangle; counter-clockwise is the side that shines
+    NG_VEC3(radiance);
+};
+
+#define NG_FACETS_ONE_SIDED 0 // triangles
+#define NG_FACETS_TWO_SIDED 1
+#define NG_FACETS_BALL      2 // one facet: its centre, and (radius, 0, 0)
+#define NG_FACETS_PATCHES   3 // centre, normal, and (area, 0, 0): of samples
 
 #define NG_VPL_POINT       0
 #define NG_VPL_AREA        1
