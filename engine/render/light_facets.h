@@ -10,7 +10,7 @@
 
 NG_EXTERN_C_BEGIN
 
-#define NG_LIGHT_FACETS 256 // of one light
+#define NG_LIGHT_FACETS 512 // of one light
 
 struct ng_light_facets {
     uint32_t kind;  // NG_FACETS_*

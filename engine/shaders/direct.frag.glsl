@@ -63,26 +63,34 @@ struct vpl_sum {
     float nearest;             // distance of a VPL over the radius of its patch, squared
 };
 
+// 1 to 0, by a distance in radii, squared.
+float nearness(float square)
+{
+    return 1 - smoothstep(NEAR * NEAR, FAR * FAR, square);
+}
+
 void add_vpl(inout vpl_sum sum, reflector r, vec3 p, ng_vpl_data vpl)
 {
     vec3 d = vpl.position - p;
     float square = max(dot(d, d), 1e-8);
     vec3 l = d * inversesqrt(square), irradiance = vpl.weight;
+    float patch_tangent = light.vpl_radius * inversesqrt(square);
     if (light.vpl_kind == NG_VPL_AREA) {
         // A patch is no point: near ones are clamped to its size, softly.
         float patch_square = 1 / (NG_SHADER_PI * vpl.density);
         irradiance *= max(-dot(vpl.normal, l), 0.0) * inversesqrt(square * square + patch_square * patch_square);
         sum.nearest = min(sum.nearest, square / patch_square);
+        patch_tangent *= 1 + nearness(4 * square / patch_square); // highlights of the nearest would be streaks
     } else
         irradiance *= light_cone(light, -l) / square;
     sum.irradiance += irradiance * max(dot(r.normal, l), 0.0);
-    sum.radiance += reflected(r, l, irradiance, light.vpl_radius * inversesqrt(square));
+    sum.radiance += reflected(r, l, irradiance, patch_tangent);
 }
 
 // Near an emitter the closed form tells how much light arrives, its VPLs what part of that is reflected.
 vec3 corrected(vpl_sum sum, reflector r, vec3 p)
 {
-    float near = light.facet_count != 0 ? 1 - smoothstep(NEAR * NEAR, FAR * FAR, sum.nearest) : 0;
+    float near = light.facet_count != 0 ? nearness(sum.nearest) : 0;
     vec3 irradiance = near_irradiance(p, r.normal, near > 0);
     vec3 missed = max(LEAST_FOUND * irradiance - sum.irradiance, vec3(0));
     vec3 radiance = sum.radiance + reflected_light(r, r.normal, missed, 1, 0);
