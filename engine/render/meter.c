@@ -1,4 +1,4 @@
-// The passes "meter/count", a histogram of the picture, and "meter/expose", which makes one number of it.
+// The passes "meter/count", histograms of the picture, and "meter/expose", which makes one number of it.
 #include "render/meter.h"
 
 #include "base/log.h"
@@ -26,6 +26,7 @@ static ng_result make_pipelines(struct ng_gpu *gpu, struct ng_meter *m)
         {.binding = 1, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
         {.binding = 2, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
         {.binding = 3, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
+        {.binding = 4, .type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
     };
     static const struct ng_gpu_slot expose[] = {
         {.binding = 0, .type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
@@ -74,7 +75,7 @@ void ng_meter_destroy(struct ng_meter **meter)
 struct pass_data {
     const struct ng_meter *self;
     const struct ng_frame_info *frame;
-    struct ng_graph_ref direct, indirect, emission, counts, before, after;
+    struct ng_graph_ref direct, indirect, emission, position, counts, before, after;
     float params[2]; // factor, adaptation
 };
 
@@ -94,6 +95,7 @@ static ng_result count(const struct ng_pass_context *ctx)
         ng_pass_texture(ctx, d->emission, 1),
         {.binding = 2, .buffer = ng_pass_buffer(ctx, d->counts)},
         light(ctx, d->indirect, 3),
+        ng_pass_texture(ctx, d->position, 4),
     };
     NG_TRY(ng_cmd_bind(ctx->cmd, d->self->count, bindings, NG_COUNT(bindings)));
     ng_cmd_dispatch_over(ctx->cmd, (uint32_t[]){d->frame->width, d->frame->height, 1},
@@ -139,9 +141,11 @@ struct ng_graph_ref ng_meter_declare(const struct ng_meter *m, struct ng_compose
     data.direct = radiance->direct;
     data.indirect = radiance->indirect;
     data.emission = gbuffer->emission;
-    data.counts = ng_graph_add_buffer(
-        g, "meter/counts",
-        &(struct ng_graph_buffer_params){.size = 2 * NG_METER_BINS * sizeof(uint32_t), .clear = true});
+    data.position = gbuffer->position;
+    data.counts =
+        ng_graph_add_buffer(g, "meter/counts",
+                            &(struct ng_graph_buffer_params){
+                                .size = NG_METER_COUNTS * NG_METER_BINS * sizeof(uint32_t), .clear = true});
     data.after = ng_graph_add_buffer(g, "meter/exposure", &number);
     bool adapts = adaptation > 0 && adaptation < 1;
     if (adapts)
@@ -155,6 +159,7 @@ struct ng_graph_ref ng_meter_declare(const struct ng_meter *m, struct ng_compose
     if (data.indirect.id)
         ng_pass_read(pass, data.indirect, NG_USE_SAMPLED);
     ng_pass_read(pass, data.emission, NG_USE_SAMPLED);
+    ng_pass_read(pass, data.position, NG_USE_SAMPLED);
     data.counts = ng_pass_write(pass, data.counts, NG_USE_STORAGE_READ_WRITE);
 
     pass = add_pass(g, "meter/expose", expose, &data);

@@ -1,7 +1,7 @@
 // The light meter of cameras with auto_exposure: passes that find a picture's exposure from how bright it is.
 //
-// It looks at direct light and emission, which all methods have: their pictures of one moment are exposed
-// alike, and it does not matter how much of the indirect light a method knows.
+// It looks at direct light and emission of surfaces, which all methods have: their pictures of one moment are
+// exposed alike, and it does not matter how much of the indirect light a method knows.
 #ifndef NG_RENDER_METER_H
 #define NG_RENDER_METER_H
 

@@ -5,7 +5,7 @@
 
 layout(local_size_x = 1) in;
 
-layout(set = 0, binding = 0) readonly buffer Counts { uint counts[2 * NG_METER_BINS]; };
+layout(set = 0, binding = 0) readonly buffer Counts { uint counts[NG_METER_COUNTS * NG_METER_BINS]; };
 layout(set = 0, binding = 1) readonly buffer Before { float before_exposure; };
 layout(set = 0, binding = 2) writeonly buffer After { float exposure; };
 layout(set = 0, binding = 3) readonly buffer Params {
@@ -13,11 +13,19 @@ layout(set = 0, binding = 3) readonly buffer Params {
     float adaptation; // part of the way, in stops; 1: all of it
 };
 
-float exposure_of(int first)
+float total_of(int which)
 {
-    float total = 0, before = 0, sum = 0, shares = 0;
+    float total = 0;
     for (int i = 0; i < NG_METER_BINS; i++)
-        total += float(counts[first + i]);
+        total += float(counts[which * NG_METER_BINS + i]);
+    return total;
+}
+
+float exposure_of(int which)
+{
+    const int first = which * NG_METER_BINS;
+    const float total = total_of(which);
+    float before = 0, sum = 0, shares = 0;
     for (int i = 0; i < NG_METER_BINS; i++) {
         float count = float(counts[first + i]), share = ng_meter_share(before, count, total);
         before += count;
@@ -29,7 +37,9 @@ float exposure_of(int first)
 
 void main()
 {
-    float wanted = factor * ng_meter_both(exposure_of(0), exposure_of(NG_METER_BINS));
+    const float surfaces = total_of(NG_METER_WHOLE), sky = total_of(NG_METER_SKY);
+    float wanted = factor * ng_meter_picture(ng_meter_both(exposure_of(NG_METER_DIRECT), exposure_of(NG_METER_WHOLE)),
+                                             exposure_of(NG_METER_SKY), surfaces / max(surfaces + sky, 1));
     if (adaptation < 1 && before_exposure > 0 && wanted > 0)
         wanted = before_exposure * exp2(adaptation * log2(wanted / before_exposure));
     exposure = wanted;

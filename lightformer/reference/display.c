@@ -18,9 +18,14 @@ static float luminance_of(const struct lf_sums *s, uint32_t samples, bool whole)
     return ng_meter_luminance(rgb[0], rgb[1], rgb[2]);
 }
 
-// Parts of a pixel: through which nothing is seen, and where what is seen is unlit.
+// A part of a pixel, and how much light comes from there.
+struct part {
+    float share, luminance;
+};
+
+// Parts that are no lit surface: where none is seen, but perhaps an environment, and where one is unlit.
 struct shares {
-    float nothing, unlit;
+    struct part open, unlit;
 };
 
 static void add_sight(const struct lf_reference *r, struct lf_path_scene *scene, const float at[2],
@@ -29,8 +34,12 @@ static void add_sight(const struct lf_reference *r, struct lf_path_scene *scene,
     struct lf_primary primary;
     struct lf_ray ray = lf_reference_ray(r, at[0], at[1]);
     lf_path_begin(scene, &ray, pixel, &primary);
-    sum->nothing += primary.met ? 0 : weight;
-    sum->unlit += primary.met && primary.surface.unlit ? weight : 0;
+    struct part *part = !primary.met ? &sum->open : primary.surface.unlit ? &sum->unlit : NULL;
+    if (!part)
+        return;
+    part->share += weight;
+    part->luminance +=
+        weight * ng_meter_luminance(primary.emission[0], primary.emission[1], primary.emission[2]);
 }
 
 // All or nothing, unless a filter goes over the pixel.
@@ -51,7 +60,7 @@ static struct shares find_shares(const struct lf_reference *r, struct lf_path_sc
     return sum;
 }
 
-// Which pixels are looked at once more. An environment is seen behind everything, so its pixels are whole.
+// Whether pixels are looked at once more.
 static bool needs_shares(const struct lf_reference *r)
 {
     const struct ng_snapshot *snapshot = lf_tracer_snapshot(r->tracer);
@@ -59,7 +68,7 @@ static bool needs_shares(const struct lf_reference *r)
     const float *background = camera->background;
     if (background[0] > 0 || background[1] > 0 || background[2] > 0 || ng_snapshot_has_unlit(snapshot))
         return true;
-    return r->params.antialias && camera->auto_exposure && snapshot->environment == NG_NONE;
+    return camera->auto_exposure && (r->params.antialias || snapshot->environment != NG_NONE);
 }
 
 // Of every pixel; NULL if each is whole.
@@ -80,18 +89,35 @@ static ng_result find_all_shares(const struct lf_reference *r, struct shares **o
     return NG_OK;
 }
 
-// Of direct light and emission, or of the whole picture. A pixel of which a part is seen through counts as
-// that much of one, as bright as the rest of it is: thin things have the exposure that they have unfiltered.
-static float measure(const struct lf_reference *r, const struct shares *shares, bool whole)
+// What a meter counts of a pixel (NG_METER_*): a part of one, as bright as it would be alone. So thin things
+// have the exposure that they have unfiltered.
+static struct part find_metered(const struct lf_reference *r, const struct shares *shares, size_t pixel,
+                                int which)
 {
-    const bool open = lf_tracer_snapshot(r->tracer)->environment == NG_NONE;
+    struct shares s = shares ? shares[pixel] : (struct shares){0};
+    struct part part = s.open;
+    if (which != NG_METER_SKY) {
+        part.share = 1 - s.open.share - s.unlit.share;
+        part.luminance = luminance_of(&r->sums[pixel], r->samples, which == NG_METER_WHOLE) -
+                         s.open.luminance - s.unlit.luminance;
+    }
+    if (part.share < SEEN_LEAST)
+        return (struct part){0};
+    return (struct part){part.share, part.luminance / part.share};
+}
+
+struct metered {
+    float exposure, total; // pixels
+};
+
+static struct metered measure(const struct lf_reference *r, const struct shares *shares, int which)
+{
     float counts[NG_METER_BINS] = {0};
     float total = 0, before = 0, sum = 0, counted = 0;
     for (size_t i = 0; r->samples && i < lf_pixel_count(r); i++) {
-        float luminance = luminance_of(&r->sums[i], r->samples, whole);
-        float seen = open && shares ? fmaxf(1 - shares[i].nothing, SEEN_LEAST) : 1;
-        if (luminance > 0)
-            counts[(uint32_t)ng_meter_bin(luminance / seen)] += seen;
+        struct part part = find_metered(r, shares, i, which);
+        if (part.luminance > 0)
+            counts[(uint32_t)ng_meter_bin(part.luminance)] += part.share;
     }
     for (int i = 0; i < NG_METER_BINS; i++)
         total += counts[i];
@@ -101,7 +127,7 @@ static float measure(const struct lf_reference *r, const struct shares *shares, 
         counted += share;
         sum += share * (float)i;
     }
-    return ng_meter_exposure(sum, counted);
+    return (struct metered){ng_meter_exposure(sum, counted), total};
 }
 
 static float find_exposure(const struct lf_reference *r, const struct shares *shares)
@@ -109,7 +135,10 @@ static float find_exposure(const struct lf_reference *r, const struct shares *sh
     const struct ng_snapshot_camera *camera = &lf_tracer_snapshot(r->tracer)->camera;
     if (!camera->auto_exposure)
         return camera->exposure;
-    return camera->exposure * ng_meter_both(measure(r, shares, false), measure(r, shares, true));
+    struct metered direct = measure(r, shares, NG_METER_DIRECT), whole = measure(r, shares, NG_METER_WHOLE),
+                   sky = measure(r, shares, NG_METER_SKY);
+    return camera->exposure * ng_meter_picture(ng_meter_both(direct.exposure, whole.exposure), sky.exposure,
+                                               whole.total / fmaxf(whole.total + sky.total, 1));
 }
 
 // Linear light of a display.
@@ -132,10 +161,10 @@ static void show(const struct lf_reference *r, const struct shares *shares, cons
     for (size_t i = 0; i < lf_pixel_count(r); i++, beauty += 3, out += 4) {
         float shown[3];
         struct shares part = shares ? shares[i] : (struct shares){0};
-        tone_map(beauty, exposure + (1 - exposure) * part.unlit, shown);
+        tone_map(beauty, exposure + (1 - exposure) * part.unlit.share, shown);
         for (int c = 0; c < 3; c++) {
-            shown[c] += (beauty[c] - shown[c]) * part.unlit; // as it is, where all of it is unlit
-            out[c] = (uint8_t)(ng_srgb_encode(shown[c] + part.nothing * background[c]) * 255.0f + 0.5f);
+            shown[c] += (beauty[c] - shown[c]) * part.unlit.share; // as it is, where all of it is unlit
+            out[c] = (uint8_t)(ng_srgb_encode(shown[c] + part.open.share * background[c]) * 255.0f + 0.5f);
         }
         out[3] = 255;
     }

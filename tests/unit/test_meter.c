@@ -43,7 +43,20 @@ static void indirect_light_is_not_white(void **state)
     assert_float_equal(ng_meter_both(0, 3), 3, 0);                // none is
     assert_float_equal(ng_meter_both(3, 0), 3, 0);
     assert_float_equal(ng_meter_exposure(0, 0), 0, 0);
-    assert_float_equal(ng_meter_both(0, 0), 1, 0); // darkness
+    assert_float_equal(ng_meter_both(0, 0), 0, 0); // darkness
+}
+
+static void a_sky_does_not_count_behind_surfaces(void **state)
+{
+    NG_UNUSED(state);
+    assert_float_equal(ng_meter_picture(4, 100, 1), 4, 1e-5f);
+    assert_float_equal(ng_meter_picture(4, 100, NG_METER_SEEN), 4, 1e-5f);
+    assert_float_equal(ng_meter_picture(4, 100, 0), 100, 1e-4f);
+    assert_float_equal(ng_meter_picture(4, 100, NG_METER_SEEN / 2), 20,
+                       1e-4f); // no leap where it comes in sight
+    assert_float_equal(ng_meter_picture(4, 0, 0), 4, 0);
+    assert_float_equal(ng_meter_picture(0, 3, 0), 3, 0);
+    assert_float_equal(ng_meter_picture(0, 0, 0), 1, 0); // darkness
 }
 
 int main(void)
@@ -52,6 +65,7 @@ int main(void)
         cmocka_unit_test(exposure_brings_light_to_the_key),
         cmocka_unit_test(lamps_and_shade_do_not_count),
         cmocka_unit_test(indirect_light_is_not_white),
+        cmocka_unit_test(a_sky_does_not_count_behind_surfaces),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
