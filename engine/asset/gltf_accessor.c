@@ -10,7 +10,7 @@
 
 static bool is_component_type(int type)
 {
-    return (type >= GLTF_I8 && type <= GLTF_U16) || type == GLTF_U32 || type == GLTF_F32;
+    return type >= GLTF_I8 && type <= GLTF_F32;
 }
 
 static uint32_t component_size(int type)
@@ -111,6 +111,11 @@ static double component(const struct elements *e, size_t i, uint32_t c, bool nor
         memcpy(&v, p, sizeof v);
         return normalized ? v / 65535.0 : v;
     }
+    case GLTF_I32: {
+        int32_t v;
+        memcpy(&v, p, sizeof v);
+        return v;
+    }
     case GLTF_U32: {
         uint32_t v;
         memcpy(&v, p, sizeof v);
@@ -124,6 +129,11 @@ static double component(const struct elements *e, size_t i, uint32_t c, bool nor
     }
 }
 
+static bool has_type(int type, uint32_t types)
+{
+    return is_component_type(type) && (types & GLTF_TYPE(type));
+}
+
 static const struct gltf_accessor *check(const struct gltf_loader *l, int index, const struct gltf_want *want)
 {
     const struct gltf_document *d = l->doc;
@@ -132,8 +142,7 @@ static const struct gltf_accessor *check(const struct gltf_loader *l, int index,
         return NULL;
     }
     const struct gltf_accessor *a = &d->accessors[index];
-    uint32_t type_bit = is_component_type(a->component_type) ? 1u << (a->component_type - GLTF_I8) : 0;
-    if (!(want->types & type_bit)) {
+    if (!has_type(a->component_type, want->integers ? GLTF_ANY : want->types)) {
         ng_gltf_log_error(l, "accessor %d: component type %d is not allowed for %s", index, a->component_type,
                           want->what);
         return NULL;
@@ -154,6 +163,11 @@ static const struct gltf_accessor *check(const struct gltf_loader *l, int index,
     return a;
 }
 
+static bool is_whole(double v)
+{
+    return v >= 0 && v == floor(v);
+}
+
 // One 4-byte number a component: floats, or unsigned integers where the caller asked for them.
 union word {
     float f;
@@ -167,7 +181,10 @@ static ng_result convert(const struct gltf_loader *l, int index, const struct el
     for (uint32_t c = 0; c < e->components; c++) {
         double v = component(e, from, c, normalized);
         if (want->integers) {
-            out[to * e->components + c].u = v >= 0 && v < UINT32_MAX ? (uint32_t)v : UINT32_MAX;
+            if (!is_whole(v) && !(want->types & GLTF_ANY_NUMBER))
+                return ng_gltf_error(l, "accessor %d: element %zu is %g, not a whole number from 0 (%s)",
+                                     index, to, v, want->what);
+            out[to * e->components + c].u = is_whole(v) && v < UINT32_MAX ? (uint32_t)v : UINT32_MAX;
             continue;
         }
         if (!isfinite(v) && !(want->types & GLTF_ANY_NUMBER))
@@ -179,6 +196,16 @@ static ng_result convert(const struct gltf_loader *l, int index, const struct el
     return NG_OK;
 }
 
+// Whole numbers of a type that may not hold them are what they are.
+static ng_result accept_type(struct gltf_loader *l, int accessor, int type, uint32_t types, const char *what)
+{
+    if (has_type(type, types))
+        return NG_OK;
+    return ng_gltf_fault(&l->faults, "they are read all the same",
+                         "accessor %d: %s of component type %d, not of unsigned integers", accessor, what,
+                         type);
+}
+
 static ng_result apply_sparse(struct gltf_loader *l, int index, const struct gltf_want *want, union word *out)
 {
     const struct gltf_accessor *a = &l->doc->accessors[index];
@@ -186,8 +213,9 @@ static ng_result apply_sparse(struct gltf_loader *l, int index, const struct glt
     if (a->sparse_count < 1 || a->sparse_count > a->count)
         return ng_gltf_error(l, "accessor %d: sparse count %zu is not in 1 to %zu", index, a->sparse_count,
                              a->count);
-    if (type != GLTF_U8 && type != GLTF_U16 && type != GLTF_U32)
-        return ng_gltf_error(l, "accessor %d: sparse index type %d is not an unsigned integer", index, type);
+    if (!is_component_type(type))
+        return ng_gltf_error(l, "accessor %d: component type %d is not allowed for sparse indices", index,
+                             type);
     size_t count = a->sparse_count;
     struct elements at = {.type = type, .components = 1};
     struct elements values = {.type = a->component_type, .components = a->components};
@@ -196,6 +224,9 @@ static ng_result apply_sparse(struct gltf_loader *l, int index, const struct glt
     double previous = -1;
     for (size_t i = 0; i < count; i++) {
         double target = component(&at, i, 0, false);
+        if (!is_whole(target))
+            return ng_gltf_error(l, "accessor %d: sparse index %zu is %g, not a whole number from 0", index,
+                                 i, target);
         if (target >= (double)a->count) {
             NG_TRY(ng_gltf_fault(&l->faults, "it is left out",
                                  "accessor %d: sparse index %zu is %.0f: not below %zu", index, i, target,
@@ -208,7 +239,7 @@ static ng_result apply_sparse(struct gltf_loader *l, int index, const struct glt
         NG_TRY(convert(l, index, &values, i, (size_t)target, want, out));
         previous = target;
     }
-    return NG_OK;
+    return accept_type(l, index, type, GLTF_UNSIGNED, "sparse indices");
 }
 
 static bool find_stand_in(const struct gltf_loader *l, uint32_t accessor, size_t count, struct elements *e)
@@ -286,6 +317,8 @@ ng_result ng_gltf_read(struct gltf_loader *l, int index, const struct gltf_want 
     if (!items)
         return ng_out_of_memory(l->path);
     ng_result r = fill(l, index, want, used, items);
+    if (r == NG_OK && want->integers)
+        r = accept_type(l, index, a->component_type, want->types, want->what);
     if (r != NG_OK) {
         free(items);
         return r;

@@ -21,24 +21,30 @@ static uint32_t u32_at(const unsigned char *data, size_t at)
 
 static ng_result check_header(struct gltf_faults *f, const unsigned char *data, size_t size)
 {
-    const char *path = f->path;
     if (size < 20) {
-        ng_log_error("%s: GLB of %zu bytes is shorter than its header", path, size);
+        ng_log_error("%s: GLB of %zu bytes is shorter than its header", f->path, size);
         return NG_ERROR_FORMAT;
     }
     if (u32_at(data, 4) != 2) {
-        ng_log_error("%s: is binary glTF of version %u, only version 2 is supported", path, u32_at(data, 4));
+        ng_log_error("%s: is binary glTF of version %u, only version 2 is supported", f->path,
+                     u32_at(data, 4));
         return NG_ERROR_UNSUPPORTED;
     }
-    if (u32_at(data, 8) > size) {
-        ng_log_error("%s: GLB header says %u bytes, the file has %zu (truncated?)", path, u32_at(data, 8),
-                     size);
+    return NG_OK;
+}
+
+// Against where the chunks end. A length that is wrong costs nothing, if nothing is cut.
+static ng_result check_length_of_all(struct gltf_faults *f, const unsigned char *data, size_t end,
+                                     size_t size)
+{
+    uint32_t said = u32_at(data, 8);
+    if (said > size && end + 4 <= size) { // a part of a chunk's header
+        ng_log_error("%s: GLB header says %u bytes, the file has %zu (truncated?)", f->path, said, size);
         return NG_ERROR_FORMAT;
     }
-    if (u32_at(data, 8) < size)
-        NG_TRY(ng_gltf_fault(f, "they are ignored", "GLB header says %u bytes, after which %zu follow",
-                             u32_at(data, 8), size - u32_at(data, 8)));
-    return NG_OK;
+    return said == size ? NG_OK
+                        : ng_gltf_fault(f, "its chunks say what is in it",
+                                        "GLB header says %u bytes, the file has %zu", said, size);
 }
 
 // Where the chunk after one that ends here begins. Some writers pad a chunk and do not say so.
@@ -50,12 +56,15 @@ static size_t next_chunk(const unsigned char *data, size_t end, size_t size)
     return padded && !plain ? aligned : end;
 }
 
-// The chunks after the JSON: the first BIN is the one, what is unknown is skipped (glTF 2.0, 4.4.3).
+// The chunks after the JSON: the first BIN is the one, what is unknown is skipped (glTF 2.0, 4.4.3). What
+// follows the length that the header says may be no chunk at all.
 static ng_result find_bytes(struct gltf_faults *f, const unsigned char *data, size_t begin, size_t size,
                             struct gltf_container *out)
 {
     for (unsigned chunk = 1; begin <= size && size - begin >= 8; chunk++) {
         uint32_t length = u32_at(data, begin);
+        if (begin >= u32_at(data, 8) && (length > size - begin - 8 || u32_at(data, begin + 4) != GLB_BIN))
+            break;
         if (length > size - begin - 8) {
             ng_log_error("%s: GLB chunk %u is %u bytes long, which run past the file (truncated?)", f->path,
                          chunk, length);
@@ -67,7 +76,7 @@ static ng_result find_bytes(struct gltf_faults *f, const unsigned char *data, si
         }
         begin = next_chunk(data, begin + 8 + length, size);
     }
-    return NG_OK;
+    return check_length_of_all(f, data, begin, size);
 }
 
 ng_result ng_gltf_open(struct gltf_faults *f, const unsigned char *data, size_t size,
@@ -77,9 +86,8 @@ ng_result ng_gltf_open(struct gltf_faults *f, const unsigned char *data, size_t 
     if (size < 4 || u32_at(data, 0) != GLB_MAGIC)
         return NG_OK;
     NG_TRY(check_header(f, data, size));
-    size = u32_at(data, 8);
     uint32_t length = u32_at(data, 12);
-    if (size < 20 || u32_at(data, 16) != GLB_JSON || length > size - 20) {
+    if (u32_at(data, 16) != GLB_JSON || length > size - 20) {
         ng_log_error("%s: GLB chunk 0 is not JSON or its length of %u runs past the file", f->path, length);
         return NG_ERROR_FORMAT;
     }

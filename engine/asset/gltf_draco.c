@@ -84,7 +84,9 @@ static ng_result take_indices(struct gltf_loader *l, const char *where, const st
             return ng_gltf_error(l, "%s: KHR_draco_mesh_compression: indices do not fit accessor %d", where,
                                  p->indices);
         }
-        memcpy((unsigned char *)indices + i * width, &indices[i], width);
+        float real = (float)indices[i]; // the accessor of a careless writer
+        memcpy((unsigned char *)indices + i * width,
+               a->component_type == GLTF_F32 ? (void *)&real : &indices[i], width);
     }
     return stand_in(l, (uint32_t)p->indices, indices, count * width);
 }

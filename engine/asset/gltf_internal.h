@@ -95,7 +95,7 @@ struct gltf_view {
     const struct gltf_value *extensions;
 };
 
-enum { GLTF_I8 = 5120, GLTF_U8, GLTF_I16, GLTF_U16, GLTF_U32 = 5125, GLTF_F32, GLTF_F64 = 5130 };
+enum { GLTF_I8 = 5120, GLTF_U8, GLTF_I16, GLTF_U16, GLTF_I32, GLTF_U32, GLTF_F32, GLTF_F64 = 5130 };
 
 struct gltf_accessor {
     int view;

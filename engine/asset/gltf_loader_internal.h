@@ -146,16 +146,17 @@ enum {
     GLTF_FLOATS = GLTF_TYPE(GLTF_F32),
     GLTF_UNSIGNED = GLTF_TYPE(GLTF_U8) | GLTF_TYPE(GLTF_U16) | GLTF_TYPE(GLTF_U32),
     GLTF_SMALL_UNSIGNED = GLTF_TYPE(GLTF_U8) | GLTF_TYPE(GLTF_U16),
-    GLTF_ANY_NUMBER = 1u << 30, // what is not finite comes as NaN; else it is an error
+    GLTF_ANY = GLTF_UNSIGNED | GLTF_FLOATS | GLTF_TYPE(GLTF_I8) | GLTF_TYPE(GLTF_I16) | GLTF_TYPE(GLTF_I32),
+    GLTF_ANY_NUMBER = 1u << 30, // what is none comes as NaN or UINT32_MAX; else it is an error
     GLTF_QUANTIZED = GLTF_FLOATS | GLTF_SMALL_UNSIGNED | GLTF_TYPE(GLTF_I8) | GLTF_TYPE(GLTF_I16),
 };
 
 struct gltf_want {
     const char *what; // for messages: "POSITION"
-    uint32_t types;   // set of GLTF_TYPE
-    uint32_t shapes;  // set of 1 << components
-    uint32_t count;   // elements it must have; 0: any, at least 1
-    bool integers;    // out is uint32_t, else float (all finite, unless GLTF_ANY_NUMBER is in the types)
+    uint32_t types; // set of GLTF_TYPE; where integers are wanted, others are taken if they hold such numbers
+    uint32_t shapes; // set of 1 << components
+    uint32_t count;  // elements it must have; 0: any, at least 1
+    bool integers;   // out is uint32_t, else float (all finite, unless GLTF_ANY_NUMBER is in the types)
 };
 
 // Decodes an accessor into `*out` (float ** or uint32_t **, from malloc), [count][components].

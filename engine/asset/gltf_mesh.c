@@ -129,12 +129,9 @@ static ng_result read_influences(struct gltf_loader *l, const struct gltf_primit
         return ng_gltf_error(l, "%s: %s and %s must come together", where, joints, weights);
     const struct gltf_want want_weights = {weights, GLTF_FLOATS | GLTF_SMALL_UNSIGNED | GLTF_ANY_NUMBER,
                                            1u << 4, n, false},
-                           want_joints = {joints, GLTF_UNSIGNED | GLTF_FLOATS, 1u << 4, n, true};
+                           want_joints = {joints, GLTF_UNSIGNED | GLTF_ANY_NUMBER, 1u << 4, n, true};
     NG_TRY(ng_gltf_read(l, attribute(p, weights), &want_weights, &out->weights, NULL));
     NG_TRY(ng_gltf_read(l, attribute(p, joints), &want_joints, &out->joints, NULL));
-    if (l->doc->accessors[attribute(p, joints)].component_type == GLTF_F32)
-        NG_TRY(ng_gltf_fault(&l->faults, "they are read all the same", "%s: %s are floats, not integers",
-                             where, joints));
     for (size_t i = 0; i < n * (size_t)4; i++)
         if (!(out->weights[i] >= 0)) {
             NG_TRY(ng_gltf_fault(&l->faults, "it is 0", "%s: %s of vertex %zu: %g is negative or no number",

@@ -129,6 +129,89 @@ static void test_triangles_are_left_out(void **state)
     }
 }
 
+// Puts whole numbers (or what should be some) as a type of glTF.
+static int put_numbers(struct gltf_maker *m, int type, const char *shape, int count, const double *values)
+{
+    unsigned char bytes[64];
+    size_t size = 0;
+    for (int i = 0; i < count * (shape[0] == 'V' ? 4 : 1); i++) {
+        const int8_t i8 = (int8_t)values[i];
+        const int16_t i16 = (int16_t)values[i];
+        const int32_t i32 = (int32_t)values[i];
+        const float f32 = (float)values[i];
+        const void *from = type == 5120   ? (const void *)&i8
+                           : type == 5122 ? &i16
+                           : type == 5124 ? &i32
+                                          : (void *)&f32;
+        size_t width = type == 5120 ? 1 : type == 5122 ? 2 : 4;
+        memcpy(bytes + size, from, width);
+        size += width;
+    }
+    return gltf_put(m, type, shape, count, bytes, size);
+}
+
+static const int odd_types[] = {5120, 5122, 5124, 5126};
+
+// Indices of a type that the standard does not allow for them.
+static void test_indices_of_any_type(void **state)
+{
+    NG_UNUSED(state);
+    const double good[] = {0, 1, 2, 0, 2, 3},
+                 bad[][6] = {{0, 1, 2, 0, 2, -1}, {0, 1, 2, 0, 2, 2.5}, {0, 1, 2, 0, 2, NAN}};
+    for (size_t i = 0; i < NG_COUNT(odd_types); i++)
+        for (size_t k = 0; k <= NG_COUNT(bad); k++) {
+            struct gltf_maker m = {0};
+            if (k > 1 && odd_types[i] != 5126)
+                continue; // has no such numbers
+            int positions = GLTF_PUT(&m, 5126, "VEC3", 4, square);
+            int indices = put_numbers(&m, odd_types[i], "SCALAR", 6, k ? bad[k - 1] : good);
+            char attributes[64], rest[512];
+            snprintf(attributes, sizeof attributes, "\"POSITION\": %d", positions);
+            snprintf(rest, sizeof rest, one_mesh, attributes, indices);
+            struct loaded l = load_made(&m, rest);
+            expect_warnings(&l, 1,
+                            k ? "not a whole number from 0 (indices); the primitive is left out"
+                              : "not of unsigned integers; they are read all the same");
+            assert_int_equal(l.scene.triangle_count, k ? 0 : 2);
+            for (size_t n = 0; !k && n < 6; n++) {
+                const struct ng_geometry *g = first_geometry(&l);
+                assert_memory_equal(g->positions + g->indices[n] * (size_t)3, square[both[n]], 12);
+            }
+            finish(&l);
+        }
+}
+
+// The same of what a sparse accessor puts where.
+static void test_sparse_indices_of_any_type(void **state)
+{
+    NG_UNUSED(state);
+    const double places[] = {1, 3}, bad[] = {1, -3};
+    const float values[2][3] = {{9, 0, 0}, {0, 9, 0}};
+    for (size_t i = 0; i < 2 * NG_COUNT(odd_types); i++) {
+        struct gltf_maker m = {0};
+        int type = odd_types[i / 2];
+        bool right = i % 2 == 0;
+        int first = put_numbers(&m, type, "SCALAR", 2, right ? places : bad);
+        int second = GLTF_PUT(&m, 5126, "VEC3", 2, values);
+        char shape[256], attributes[64], rest[512];
+        snprintf(
+            shape, sizeof shape,
+            "VEC3\", \"sparse\": {\"count\": 2, \"indices\": {\"bufferView\": %d, \"componentType\": %d}, "
+            "\"values\": {\"bufferView\": %d}}, \"x\": \"",
+            first, type, second);
+        int positions = GLTF_PUT(&m, 5126, shape, 4, square), indices = GLTF_PUT(&m, 5123, "SCALAR", 6, both);
+        snprintf(attributes, sizeof attributes, "\"POSITION\": %d", positions);
+        snprintf(rest, sizeof rest, one_mesh, attributes, indices);
+        struct loaded l = load_made(&m, rest);
+        expect_warnings(
+            &l, 1, right ? "sparse indices of component type" : "sparse index 1 is -3, not a whole number");
+        assert_int_equal(l.scene.triangle_count, right ? 2 : 0);
+        if (right)
+            assert_float_equal(first_geometry(&l)->bounds_max[0], 9, 0);
+        finish(&l);
+    }
+}
+
 // One primitive that cannot be read costs itself, however often its mesh is used.
 static void test_one_primitive_is_lost(void **state)
 {
@@ -382,6 +465,8 @@ int main(void)
         cmocka_unit_test(test_directions_are_computed),
         cmocka_unit_test(test_triangles_are_left_out),
         cmocka_unit_test(test_shared_vertices),
+        cmocka_unit_test(test_indices_of_any_type),
+        cmocka_unit_test(test_sparse_indices_of_any_type),
         cmocka_unit_test(test_one_primitive_is_lost),
         cmocka_unit_test(test_times),
         cmocka_unit_test(test_no_key_is_left),
