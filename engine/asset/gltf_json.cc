@@ -222,6 +222,10 @@ std::string shortened(const std::string &text)
     return text.substr(0, end) + "...";
 }
 
+// Begins the strings that stand for numbers that JSON does not have, until they are left out: no text of a glTF
+// holds a zero.
+const std::string no_number(2, '\0');
+
 // The narrowest kind that a number is of: 4.0 is a whole number (glTF 2.0, 2.7).
 Kind number_kind(double v)
 {
@@ -265,6 +269,8 @@ class Scan : public nlohmann::json_sax<nlohmann::json>
     }
     bool string(string_t &text) override
     {
+        if (!skipped && text.compare(0, no_number.size(), no_number) == 0)
+            return leaf(ANY, gltf_value(), shortened(text.substr(no_number.size())));
         if (!skipped && text.find('\0') != std::string::npos)
             return leaf(ANY, gltf_value(), "a string that holds the character \\u0000");
         return leaf(STRING, text_value(text), "a string");
@@ -489,7 +495,12 @@ class Repair
         const std::string word(begin, at);
         bool none = word == "NaN" || word == "Infinity" || word == "-Infinity" || word == "-NaN";
         bool number = std::isdigit((unsigned char)word.back()) && !std::isalpha((unsigned char)word[0]);
-        out += none || (number && !exact && std::isinf(std::strtod(word.c_str(), nullptr))) ? "null" : word;
+        if (!none && (exact || !number || !std::isinf(std::strtod(word.c_str(), nullptr))))
+            out += word;
+        else if (exact)
+            out += "null";
+        else
+            out += "\"\\u0000\\u0000" + word + "\""; // no_number, for messages
     }
     void put_string()
     {
