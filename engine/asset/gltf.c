@@ -127,7 +127,10 @@ static ng_result load(struct gltf_loader *l)
         NG_TRY(ng_gltf_scale_and_camera(l));
         NG_TRY(ng_gltf_sky(l));
     }
-    return ng_gltf_emitters(l);
+    NG_TRY(ng_gltf_emitters(l));
+    if (!l->limits.part)
+        ng_gltf_say_made(l);
+    return NG_OK;
 }
 
 // Tells the caller of pictures that no material may use; of other files it hears when they are read.

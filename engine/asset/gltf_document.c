@@ -238,6 +238,7 @@ static void make_material(struct maker *m, const struct gltf_value *v, void *ite
     make_texture_use(pbr, "metallicRoughnessTexture", &out->metallic_roughness_texture);
     make_texture_use(v, "normalTexture", &out->normal_texture);
     make_texture_use(v, "emissiveTexture", &out->emissive_texture);
+    out->occlusion = ng_gltf_index(ng_gltf_member(v, "occlusionTexture"), "index", -1) >= 0;
     out->extension = scene_extension(v);
     out->extensions = extensions_of(v);
 }

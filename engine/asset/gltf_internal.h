@@ -147,7 +147,7 @@ struct gltf_material {
     const char *name, *alpha_mode;
     struct gltf_numbers base_color, emissive; // 4 and 3
     double metallic, roughness, alpha_cutoff, normal_scale, emissive_strength;
-    bool double_sided;
+    bool double_sided, occlusion; // has an occlusionTexture
     struct gltf_texture_use base_color_texture, metallic_roughness_texture, normal_texture, emissive_texture;
     const struct gltf_value *extension, *extensions;
 };

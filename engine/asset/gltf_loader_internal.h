@@ -121,6 +121,7 @@ struct gltf_loader {
     NG_ARRAY(ng_asset) added;              // to take back on failure
     bool warned_uv, warned_morph, warned_weights, warned_influences, warned_mode;
     bool warned_camera, warned_range, warned_far, warned_keys, warned_emitters, warned_cage, warned_source;
+    bool warned_occlusion;
 };
 
 #define NG_GLTF_NO_NODE   UINT32_MAX
@@ -295,5 +296,7 @@ void ng_gltf_expose(const struct gltf_loader *l, struct ng_camera *camera);
 // Emissive meshes that become lights, and a light where the file has none.
 NG_NODISCARD ng_result ng_gltf_emitters(struct gltf_loader *l);
 NG_NODISCARD ng_result ng_gltf_sky(struct gltf_loader *l);
+// Says what the scene is seen by, if that is not what its file says.
+void ng_gltf_say_made(const struct gltf_loader *l);
 
 #endif

@@ -106,6 +106,9 @@ static ng_result make_material(struct gltf_loader *l, const char *where, const s
     const struct gltf_value *unlit = ng_gltf_member(m->extensions, "KHR_materials_unlit");
     out.unlit = unlit && unlit->kind == GLTF_OBJECT;
     NG_TRY(alpha_mode(l, where, m->alpha_mode, &out.alpha_mode));
+    if (m->occlusion)
+        ng_gltf_warn(l, &l->warned_occlusion,
+                     "%s: its occlusionTexture is not followed, since light is computed", where);
     NG_TRY(ng_gltf_use_texture(l, where, &m->normal_texture, false, GLTF_SLOT(&out, normal)));
     NG_TRY(ng_gltf_use_texture(l, where, &m->emissive_texture, true, GLTF_SLOT(&out, emissive)));
     if (glossiness && !out.unlit) {

@@ -117,13 +117,21 @@ ng_result ng_gltf_sky(struct gltf_loader *l)
     struct ng_light_environment sky;
     if (!l->limits.default_light || has_light(l))
         return NG_OK;
-    bool dark = l->out.light_count;
     memcpy(&sky, ng_light_environment_component.defaults, sizeof sky);
     NG_TRY(make_map(l, &sky.map));
     NG_TRY(ng_gltf_entity(l, l->out.root, "default sky", "sky", 0, &l->out.sky));
     NG_TRY(ng_gltf_add(l, l->out.sky, "default sky", NG_TRANSFORM, ng_transform_component.defaults));
     NG_TRY(ng_gltf_add(l, l->out.sky, "default sky", NG_LIGHT_ENVIRONMENT, &sky));
     l->out.light_count++;
-    ng_log_info("%s: has no light%s; a default sky lights it", l->path, dark ? " that shines" : "");
     return NG_OK;
+}
+
+void ng_gltf_say_made(const struct gltf_loader *l)
+{
+    bool dark = l->out.light_count > l->out.emitter_count + 1;
+    if (!l->out.primitive_count)
+        ng_log_info("%s: has no mesh in its scene; only the background is seen", l->path);
+    else if (!ng_entity_is_null(l->out.sky))
+        ng_log_info("%s: has no light%s%s; a default sky lights it%s", l->path, dark ? " that shines" : "",
+                    l->out.emitter_count ? " but what glows" : "", l->out.emitter_count ? ", too" : "");
 }

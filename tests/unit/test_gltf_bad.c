@@ -679,17 +679,49 @@ static void test_numbers_that_are_none(void **state)
     NG_UNUSED(state);
     struct fixture f;
     struct test_log log;
+    static const char *const words[] = {"NaN", "-Infinity", "1e999", "-1e999", "null"};
     struct ng_gltf_scene scene =
         load_members("\"nodes\": [{\"name\": \"a, NaN \\\" 1e999\", \"translation\": [1, NaN, 2]}, "
                      "{\"translation\": [1e999, 0, 0]}, "
                      "{\"rotation\": [0, 0, -Infinity, 1]}, {\"translation\": [1, 2, 3]}]",
                      &f, &log);
     assert_int_equal(log.errors, 0);
-    assert_non_null(strstr(log.text, "nodes[0].translation[1]: null where a number is needed"));
+    assert_non_null(strstr(log.text, "nodes[0].translation[1]: NaN where a number is needed"));
     ng_entity first = ng_world_next_below(f.world, scene.root, scene.root);
     assert_string_equal(ng_world_get(f.world, first, NG_NAME), "a, NaN \" 1e999");
     const struct ng_transform *t = ng_world_get(f.world, first, NG_TRANSFORM);
     assert_float_equal(t->translation[0], 0, 0);
+    end(&f);
+    for (size_t i = 0; i < NG_COUNT(words); i++) { // each is named as it stands in the file
+        char members[128], message[128];
+        snprintf(members, sizeof members, "\"extras\": [NaN, null], \"nodes\": [{\"scale\": [%s, 1, 1]}]",
+                 words[i]);
+        snprintf(message, sizeof message, ": nodes[0].scale[0]: %s where a number is needed; it is left out",
+                 words[i]);
+        load_members(members, &f, &log);
+        if (log.warnings != 1 || !strstr(log.text, message))
+            fail_msg("\"%s\" is not in %s", message, log.text);
+        end(&f);
+    }
+}
+
+// What is not followed is named once, though it is no fault; a material without a picture of it lacks
+// nothing.
+static void test_occlusion_is_named(void **state)
+{
+    NG_UNUSED(state);
+    struct fixture f;
+    struct test_log log;
+    load_members(
+        "\"images\": [{\"uri\": \"data:image/"
+        "png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAQAAAC1HAwCAAAAC0lEQVR42mNk+"
+        "A8AAQUBAScY42YAAAAASUVORK5CYII=\"}], \"textures\": [{\"source\": 0}], "
+        "\"materials\": [{}, {\"occlusionTexture\": {\"index\": 0}}, {\"occlusionTexture\": {\"index\": 0}}]",
+        &f, &log);
+    assert_int_equal(log.warnings, 1);
+    assert_non_null(strstr(log.text,
+                           "material 1: its occlusionTexture is not followed, since light is computed "
+                           "(and 1 more of this kind)"));
     end(&f);
 }
 
@@ -834,6 +866,7 @@ int main(void)
         cmocka_unit_test(test_one_warning_for_each_kind),
         cmocka_unit_test(test_hierarchies),
         cmocka_unit_test(test_listed_child),
+        cmocka_unit_test(test_occlusion_is_named),
         cmocka_unit_test(test_equal_images),
         cmocka_unit_test(test_numbers_that_are_none),
         cmocka_unit_test(test_cages),
