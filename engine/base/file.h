@@ -22,7 +22,8 @@ NG_NODISCARD ng_result ng_file_read_named(const char *name, const char *path, ui
 // one, never a part. What is replaced keeps its mode, and as far as the process may give them its owner and
 // access list; its other hard links keep the old bytes. A file that nobody may write to is refused. A
 // symbolic link stays one: what it leads to is replaced or made. Devices and pipes are written to as they
-// are, /dev/stdout after what went there before. Thread-safe; one file is written at a time.
+// are, /dev/stdout after what went there before. What a process that was killed has left of a file is removed
+// by the next who writes it. Thread-safe; one file is written at a time.
 NG_NODISCARD ng_result ng_file_write(const char *path, const void *data, size_t size);
 // Whether ng_file_write would find a place for this file: to be asked before hours of work. Writes nothing.
 NG_NODISCARD ng_result ng_file_check_writable(const char *path);

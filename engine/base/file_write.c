@@ -5,6 +5,7 @@
 #include "base/file_internal.h"
 #include "base/log.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
@@ -12,6 +13,7 @@
 #include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/random.h>
 #include <sys/xattr.h>
 #include <unistd.h>
@@ -70,22 +72,88 @@ static bool write_in_place(const struct ng_file_place *place, const void *data, 
     return fd >= 0 && close_after(write_all(fd, data, size), fd);
 }
 
+// ---- the unfinished file ---------------------------------------------------------------------------------
 // "NAME.tmp-RANDOM", cut where it would be too long for a name; not within a letter, which some file systems
-// refuse.
-static bool choose_name(const char *path)
+// refuse. Who makes it holds a lock on it, which ends with the process: one without a lock is nobody's.
+#define MARK   ".tmp-"
+#define DIGITS 16
+#define TRIES  16 // names, of which others take each for nobody's before it is locked
+
+static size_t stem_length(const char *name)
 {
-    enum { SUFFIX = 5 + 16 };
-    const char *name = ng_path_name(path);
-    uint64_t random;
+    const size_t most = NAME_MAX - strlen(MARK) - DIGITS;
     size_t length = strlen(name);
+    if (length > most)
+        for (length = most; length > 0 && ((unsigned char)name[length] & 0xc0) == 0x80;)
+            length--;
+    return length;
+}
+
+static bool choose_name(const char *name)
+{
+    uint64_t random;
     if (getrandom(&random, sizeof random, 0) != sizeof random)
         return false;
-    if (length > NAME_MAX - SUFFIX)
-        for (length = NAME_MAX - SUFFIX; length > 0 && ((unsigned char)name[length] & 0xc0) == 0x80;)
-            length--;
-    snprintf(unfinished.name, sizeof unfinished.name, "%.*s.tmp-%016" PRIx64, (int)length, name, random);
+    snprintf(unfinished.name, sizeof unfinished.name, "%.*s" MARK "%016" PRIx64, (int)stem_length(name), name,
+             random);
     return true;
 }
+
+static bool is_unfinished(const char *entry, const char *name)
+{
+    const size_t stem = stem_length(name), mark = strlen(MARK);
+    return strncmp(entry, name, stem) == 0 && strncmp(entry + stem, MARK, mark) == 0 &&
+           strspn(entry + stem + mark, "0123456789abcdef") == DIGITS && !entry[stem + mark + DIGITS];
+}
+
+static void remove_if_left(int folder, const char *entry)
+{
+    struct stat status;
+    int fd = openat(folder, entry, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (fd >= 0 && fstat(fd, &status) == 0 && S_ISREG(status.st_mode) && flock(fd, LOCK_EX | LOCK_NB) == 0)
+        unlinkat(folder, entry, 0);
+    if (fd >= 0)
+        close(fd);
+}
+
+// Removes what processes that were killed have left of a file. Nothing depends on it, so nothing fails.
+static void sweep(int folder, const char *name)
+{
+    int fd = openat(folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    DIR *entries = fd >= 0 ? fdopendir(fd) : NULL;
+    if (!entries && fd >= 0)
+        close(fd);
+    for (struct dirent *e; entries && (e = readdir(entries));)
+        if (is_unfinished(e->d_name, name))
+            remove_if_left(folder, e->d_name);
+    if (entries)
+        closedir(entries);
+}
+
+// Locked, where the file system has locks, and under its name still; -1: errno says why not.
+static int make_unfinished(int folder, const struct ng_file_place *place)
+{
+    unfinished.folder = folder;
+    for (int i = 0; i < TRIES && choose_name(ng_path_name(place->path)); i++) {
+        struct stat status;
+        atomic_store(&unfinished.there, true);
+        // Until it has the mode of the old one it is for our eyes only.
+        int fd = openat(folder, unfinished.name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
+                        place->exists ? 0600 : 0666);
+        if (fd < 0)
+            return -1;
+        bool locked = flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+        if (locked && fstat(fd, &status) == 0 && status.st_nlink > 0)
+            return fd;
+        unlinkat(folder, unfinished.name, 0);
+        close(fd);
+        atomic_store(&unfinished.there, false);
+        errno = EBUSY;
+    }
+    return -1;
+}
+
+// ---- replacing -------------------------------------------------------------------------------------------
 
 // Owner, list of access and mode of the file that is replaced, as far as we may give them; no program becomes
 // another user's by it.
@@ -106,23 +174,22 @@ static bool keep_access(int fd, const struct ng_file_place *place)
 
 static bool fill(int fd, const struct ng_file_place *place, const void *data, size_t size)
 {
-    return close_after(write_all(fd, data, size) && keep_access(fd, place) && sync_to_disk(fd), fd);
+    return write_all(fd, data, size) && keep_access(fd, place) && sync_to_disk(fd);
 }
 
 static bool replace_in(int folder, const struct ng_file_place *place, const void *data, size_t size)
 {
-    if (!choose_name(place->path))
-        return false;
-    unfinished.folder = folder;
-    atomic_store(&unfinished.there, true);
-    // Until it has the mode of the old one it is for our eyes only.
-    int fd = openat(folder, unfinished.name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
-                    place->exists ? 0600 : 0666);
-    bool ok = fd >= 0 && fill(fd, place, data, size) &&
-              renameat(folder, unfinished.name, folder, ng_path_name(place->path)) == 0;
+    const char *name = ng_path_name(place->path);
+    sweep(folder, name);
+    int fd = make_unfinished(folder, place);
+    int lock = fd >= 0 ? dup(fd) : -1; // closing may fail, so it comes first; the lock is held to the end
+    bool ok = fd >= 0 && close_after(fill(fd, place, data, size), fd) &&
+              renameat(folder, unfinished.name, folder, name) == 0;
     int e = errno;
     if (fd >= 0 && !ok)
         unlinkat(folder, unfinished.name, 0);
+    if (lock >= 0)
+        close(lock);
     atomic_store(&unfinished.there, false);
     errno = e;
     return ok && sync_to_disk(folder);

@@ -422,6 +422,84 @@ static void a_signal_leaves_one_of_both_files_and_nothing_else(void **state)
     }
 }
 
+static void touch_beside(const char *path, const char *name)
+{
+    char other[1024];
+    assert_true(ng_path_beside(path, name, other, sizeof other));
+    put(other, "");
+}
+
+// Nothing can be done at SIGKILL; so what it leaves goes with the next that writes the same file.
+static void what_was_left_by_the_killed_is_removed(void **state)
+{
+    NG_UNUSED(state);
+    char path[512];
+    fresh("killed", "a.glb", path, sizeof path);
+    put(path, "old");
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(write_while(path, SIGKILL, false), SIGKILL);
+    assert_holds(path, "old");
+    assert_int_equal(files_beside(path), 2); // each has removed that of the one before
+    static const char *const others[] = {"b.glb.tmp-0123456789abcdef",  "a.glb.tmp-0123456789abcdef0",
+                                         "a.glb.tmp-0123456789abcdeg",  "a.glb.tmp-",
+                                         "a.glbs.tmp-0123456789abcdef", "a.glb.tmp_0123456789abcdef"};
+    for (size_t i = 0; i < NG_COUNT(others); i++)
+        touch_beside(path, others[i]);
+    put(path, "new");
+    assert_holds(path, "new");
+    assert_int_equal(files_beside(path), 1 + (int)NG_COUNT(others));
+}
+
+// Who lives may be slow.
+static void what_another_process_is_making_stays(void **state)
+{
+    NG_UNUSED(state);
+    char path[512];
+    int status;
+    fresh("slow", "a", path, sizeof path);
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        fault.signal = SIGSTOP;
+        _exit(ng_file_write(path, "slow", 4) == NG_OK ? 0 : 1);
+    }
+    assert_int_equal(waitpid(child, &status, WUNTRACED), child);
+    assert_true(WIFSTOPPED(status));
+    put(path, "quick");
+    assert_int_equal(files_beside(path), 2);
+    assert_int_equal(kill(child, SIGCONT), 0);
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    assert_holds(path, "slow");
+    assert_int_equal(files_beside(path), 1);
+}
+
+// Many at once, of which each looks for what others have left.
+static void many_processes_may_write_one_file(void **state)
+{
+    NG_UNUSED(state);
+    enum { PROCESSES = 4, TIMES = 100 };
+    char path[512];
+    int status;
+    fresh("many", "a", path, sizeof path);
+    for (int i = 0; i < PROCESSES; i++) {
+        pid_t child = fork();
+        assert_true(child >= 0);
+        if (child)
+            continue;
+        bool good = true;
+        for (int k = 0; k < TIMES; k++)
+            good = ng_file_write(path, "whole", 5) == NG_OK && good;
+        _exit(good ? 0 : 1);
+    }
+    for (int i = 0; i < PROCESSES; i++) {
+        assert_true(waitpid(-1, &status, 0) > 0);
+        assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    }
+    assert_holds(path, "whole");
+    assert_int_equal(files_beside(path), 1);
+}
+
 static void an_ignored_signal_stays_ignored(void **state)
 {
     NG_UNUSED(state);
@@ -471,6 +549,9 @@ int main(void)
         cmocka_unit_test(a_failure_leaves_the_old_file_alone),
         cmocka_unit_test(streams_are_written_to),
         cmocka_unit_test(a_signal_leaves_one_of_both_files_and_nothing_else),
+        cmocka_unit_test(what_was_left_by_the_killed_is_removed),
+        cmocka_unit_test(what_another_process_is_making_stays),
+        cmocka_unit_test(many_processes_may_write_one_file),
         cmocka_unit_test(an_ignored_signal_stays_ignored),
         cmocka_unit_test(one_file_has_many_paths),
         cmocka_unit_test(a_link_may_lead_out_of_a_folder),
