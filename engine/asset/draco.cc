@@ -1,6 +1,7 @@
 // Draco's decoders are made to look twice: how many triangles there are before these take memory, and how
 // large the attributes are before those do. A few bytes can promise any number of either.
 #include "asset/draco_internal.h"
+#include "asset/gltf.h"
 
 #include <draco/compression/decode.h>
 #include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
@@ -85,7 +86,7 @@ ng_result decode(const void *data, size_t size, uint64_t limit, char *why, draco
     buffer.Init(static_cast<const char *>(data), size);
     draco::Status status = decoder.Decode(options, &buffer, mesh);
     if (decoder.too_large)
-        return fail(why, NG_ERROR_MEMORY, "its attributes take more memory than is allowed");
+        return fail(why, NG_ERROR_MEMORY, "its attributes take more memory than is allowed" NG_GLTF_RAISE);
     return status.ok() ? NG_OK : fail(why, NG_ERROR_FORMAT, status.error_msg());
 }
 
@@ -107,7 +108,7 @@ ng_result decode_checked(const void *data, size_t size, uint64_t limit, char *wh
     if (!count_faces(buffer, &faces, &edgebreaker))
         return fail(why, NG_ERROR_FORMAT, "not a mesh of Draco's bitstream 2.2");
     if (faces > limit / triangle_bytes)
-        return fail(why, NG_ERROR_MEMORY, "its triangles take more memory than is allowed");
+        return fail(why, NG_ERROR_MEMORY, "its triangles take more memory than is allowed" NG_GLTF_RAISE);
     ng_result r = edgebreaker ? decode<draco::MeshEdgebreakerDecoder>(data, size, limit, why, mesh)
                               : decode<draco::MeshSequentialDecoder>(data, size, limit, why, mesh);
     if (r == NG_OK && (mesh->num_faces() == 0 || mesh->num_points() == 0 || !indices_are_good(*mesh)))

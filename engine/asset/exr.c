@@ -10,6 +10,7 @@
 
 #include <openexr.h>
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -131,8 +132,10 @@ static ng_result make_planes(struct reader *r, const struct ng_exr_limits *limit
     uint64_t max_memory = limits && limits->max_memory ? limits->max_memory : NG_IMAGE_MAX_MEMORY;
     uint64_t plane = (uint64_t)out->width * out->height * 4;
     if (plane > max_memory / (uint64_t)channels->num_channels) {
-        ng_log_error("%s: %d channels of %u x %u pixels need more than the limit of %llu bytes", r->name,
-                     channels->num_channels, out->width, out->height, (unsigned long long)max_memory);
+        char allowed[64];
+        snprintf(allowed, sizeof allowed, "the %llu bytes that are allowed", (unsigned long long)max_memory);
+        ng_log_error("%s: %d channels of %u x %u pixels need more than %s", r->name, channels->num_channels,
+                     out->width, out->height, limits && limits->limit ? limits->limit : allowed);
         return NG_ERROR_MEMORY;
     }
     out->planes = calloc((size_t)channels->num_channels, sizeof *out->planes);

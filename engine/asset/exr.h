@@ -63,6 +63,7 @@ struct ng_exr {
 struct ng_exr_limits {
     uint32_t max_side;   // pixels; 0: 16,384
     uint64_t max_memory; // bytes of decoded pixels; 0: 1 GiB
+    const char *limit;   // what messages call it, or null: as in struct ng_image_params
 };
 
 // Reads the first part: scan lines or tiles (level 0), unsubsampled channels. Refused with one line: deep

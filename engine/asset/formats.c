@@ -75,7 +75,8 @@ ng_result ng_format_read(const char *path, const struct ng_gltf_params *params, 
     bool split = ng_catalogue_split(path, file, sizeof file, &piece);
     if (split && params->file)
         params->file(params->user, file);
-    NG_TRY(ng_file_read(split ? file : path, params->max_file_size, data, size));
+    NG_TRY(ng_file_read_named(split ? file : path, split ? file : path, params->max_file_size, NG_GLTF_RAISE,
+                              data, size));
     ng_result r = convert(split ? file : path, split ? piece : NULL, params, faults, data, size);
     if (r != NG_OK) {
         free(*data);

@@ -57,11 +57,10 @@ ng_result ng_gltf_budget(struct gltf_loader *l, uint64_t bytes, const char *what
     uint64_t left = left_of(l->limits.max_memory, l->memory), of_kind = left_of(l->max_decoded, l->decoded);
     if (bytes > left || bytes > of_kind) {
         bool own = of_kind < left;
-        ng_log_error(
-            "%s: %s needs %llu bytes, more than the %llu that are left of the scene's limit of %llu; raise "
-            "it (--memory-limit)",
-            l->path, what, (unsigned long long)bytes, (unsigned long long)(own ? of_kind : left),
-            (unsigned long long)(own ? l->max_decoded : l->limits.max_memory));
+        ng_log_error("%s: %s needs %llu bytes, more than the %llu that are left of the scene's limit of "
+                     "%llu" NG_GLTF_RAISE,
+                     l->path, what, (unsigned long long)bytes, (unsigned long long)(own ? of_kind : left),
+                     (unsigned long long)(own ? l->max_decoded : l->limits.max_memory));
         return NG_ERROR_MEMORY;
     }
     l->memory += bytes;

@@ -28,7 +28,9 @@ enum ng_gltf_emitters {
 struct ng_gltf_origin;
 void ng_gltf_origin_destroy(struct ng_gltf_origin **origin);
 
-// Limits on what a file may ask for. Zero members take the default.
+// Limits on what a file may ask for. Zero members take the default. Messages on the first three end with what
+// a user does about them.
+#define NG_GLTF_RAISE "; raise it (--memory-limit)"
 struct ng_gltf_params {
     uint64_t max_memory;    // bytes of decoded geometry, images, clips, ... in all; half of what is available
     uint64_t max_file_size; // bytes of the document, of a picture, of all buffer files together; max_memory

@@ -176,8 +176,8 @@ ng_result ng_gltf_data_uri(struct gltf_faults *f, const char *what, const char *
                              what, type_size < 40 ? type_size : 40, type));
     size_t length = strlen(comma + 1);
     if (length / 4 * 3 > limit) {
-        ng_log_error("%s: %s: a data: URI of %zu bytes, more than the %llu that are left", f->path, what,
-                     length / 4 * 3, (unsigned long long)limit);
+        ng_log_error("%s: %s: a data: URI of %zu bytes, more than the %llu that are left" NG_GLTF_RAISE,
+                     f->path, what, length / 4 * 3, (unsigned long long)limit);
         return NG_ERROR_MEMORY;
     }
     *data = malloc(length / 4 * 3 + 3);
@@ -214,11 +214,12 @@ static ng_result read_file(struct reader *r, const char *what, const char *uri, 
     if (r->params->file)
         r->params->file(r->params->user, path);
     if (r->left == 0) {
-        ng_log_error("%s: %s: the limit of bytes of all buffers is used up", r->faults->path, what);
+        ng_log_error("%s: %s: the limit of bytes of all buffers is used up" NG_GLTF_RAISE, r->faults->path,
+                     what);
         return NG_ERROR_MEMORY;
     }
     snprintf(name, sizeof name, "%.3500s: %s: %.500s", r->faults->path, what, path);
-    NG_TRY(ng_file_read_named(name, path, r->left, data, size));
+    NG_TRY(ng_file_read_named(name, path, r->left, NG_GLTF_RAISE, data, size));
     r->doc->hash = ng_hash_bytes(r->doc->hash, *data, *size);
     return NG_OK;
 }

@@ -59,11 +59,10 @@ void ng_gltf_limit_image(const struct gltf_loader *l, struct ng_image_params *p,
     p->max_memory = left < most ? left : most;
     p->limit = text;
     if (left < most)
-        snprintf(text, 128, "the %llu that are left of the scene's limit of %llu; raise it (--memory-limit)",
+        snprintf(text, 128, "the %llu that are left of the scene's limit of %llu" NG_GLTF_RAISE,
                  (unsigned long long)left, (unsigned long long)l->limits.max_memory);
     else
-        snprintf(text, 128, "the %llu that one picture may have; raise it (--memory-limit)",
-                 (unsigned long long)most);
+        snprintf(text, 128, "the %llu that one picture may have" NG_GLTF_RAISE, (unsigned long long)most);
     // 0 would mean the default, and nothing fits into 1.
     p->max_memory = p->max_memory ? p->max_memory : 1;
 }
@@ -84,7 +83,7 @@ static ng_result load_file(struct gltf_loader *l, const char *where, const char 
     ng_gltf_limit_image(l, &limited, limit);
     void *data;
     size_t size;
-    NG_TRY(ng_file_read_named(name, path, l->limits.max_file_size, &data, &size));
+    NG_TRY(ng_file_read_named(name, path, l->limits.max_file_size, NG_GLTF_RAISE, &data, &size));
     l->out.hash = ng_hash_bytes(l->out.hash, data, size);
     ng_result r = decode(l, name, path, data, size, &limited, out);
     free(data);

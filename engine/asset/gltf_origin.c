@@ -219,7 +219,8 @@ static bool keep_picture(const struct gltf_loader *l, struct ng_gltf_origin *o, 
     if (!cJSON_IsString(uri) || ng_gltf_kept_picture(o, uri->valuestring) ||
         !ng_gltf_uri_path(l->path, uri->valuestring, path, sizeof path, &why) || !ng_file_exists(path))
         return true;
-    if (ng_file_read(path, l->limits.max_file_size, &picture.data, &picture.size) != NG_OK)
+    if (ng_file_read_named(path, path, l->limits.max_file_size, NG_GLTF_RAISE, &picture.data,
+                           &picture.size) != NG_OK)
         return true;
     picture.uri = strdup(uri->valuestring);
     if (picture.uri && ng_array_push(&o->pictures, picture))

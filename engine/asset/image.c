@@ -187,7 +187,7 @@ static ng_result exr_decode(const char *name, const void *data, size_t size,
                             const struct ng_image_params *params, struct ng_image *out)
 {
     static const char *const names[4] = {"R", "G", "B", "A"};
-    struct ng_exr_limits limits = {params->max_side, params->max_memory};
+    struct ng_exr_limits limits = {params->max_side, params->max_memory, params->limit};
     struct ng_exr exr;
     NG_TRY(ng_exr_decode(name, data, size, &limits, &exr));
     const struct ng_exr_plane *planes[4];

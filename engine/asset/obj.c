@@ -78,7 +78,7 @@ static bool on_stop(void *user)
 {
     struct obj_model *m = user;
     if (m->result == NG_OK && memory(m) > m->params->max_memory) {
-        ng_log_error("%s: its faces need more than the limit of %llu bytes", m->faults->path,
+        ng_log_error("%s: its faces need more than the limit of %llu bytes" NG_GLTF_RAISE, m->faults->path,
                      (unsigned long long)m->params->max_memory);
         m->result = NG_ERROR_MEMORY;
     }
@@ -403,11 +403,11 @@ static ng_result read_beside(void *user, const char *name, void **data, size_t *
     if (b->params->file)
         b->params->file(b->params->user, path);
     if (b->left == 0) {
-        ng_log_error("%s: the limit of bytes of all its files is used up", b->faults->path);
+        ng_log_error("%s: the limit of bytes of all its files is used up" NG_GLTF_RAISE, b->faults->path);
         return NG_ERROR_MEMORY;
     }
     snprintf(where, sizeof where, "%.3500s: %.500s", b->faults->path, path);
-    NG_TRY(ng_file_read_named(where, path, b->left, data, size));
+    NG_TRY(ng_file_read_named(where, path, b->left, NG_GLTF_RAISE, data, size));
     b->left -= *size < b->left ? *size : b->left;
     return NG_OK;
 }

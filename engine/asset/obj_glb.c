@@ -170,7 +170,7 @@ ng_result ng_obj_glb_end(struct obj_glb *glb, const char *path, const char *titl
     ng_array_finish(&json);
     if (*out)
         return NG_OK;
-    ng_log_error("%s: needs more memory than a scene may have, %llu bytes", path,
+    ng_log_error("%s: needs more memory than a scene may have, %llu bytes" NG_GLTF_RAISE, path,
                  (unsigned long long)glb->limit);
     return NG_ERROR_MEMORY;
 }

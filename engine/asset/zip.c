@@ -85,7 +85,7 @@ static ng_result find_file(struct ng_zip *zip, const char *name, uint64_t limit,
         return NG_ERROR_NOT_FOUND;
     }
     if (!(stat->valid & ZIP_STAT_SIZE) || !(stat->valid & ZIP_STAT_COMP_SIZE) || stat->size > limit) {
-        ng_log_error("%s: %s: is larger than the %llu bytes that may be read", zip->path, name,
+        ng_log_error("%s: %s: is larger than the %llu bytes that may be read" NG_GLTF_RAISE, zip->path, name,
                      (unsigned long long)limit);
         return NG_ERROR_MEMORY;
     }

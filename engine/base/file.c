@@ -19,7 +19,8 @@ ng_result ng_file_error(const char *verb, const char *name)
     return e == ENOENT ? NG_ERROR_NOT_FOUND : NG_ERROR_IO;
 }
 
-ng_result ng_file_read_named(const char *name, const char *path, uint64_t limit, void **data, size_t *size)
+ng_result ng_file_read_named(const char *name, const char *path, uint64_t limit, const char *raise,
+                             void **data, size_t *size)
 {
     if (limit == 0)
         limit = (uint64_t)4 << 30;
@@ -39,8 +40,8 @@ ng_result ng_file_read_named(const char *name, const char *path, uint64_t limit,
         return NG_ERROR_IO;
     }
     if ((uint64_t)st.st_size > limit) {
-        ng_log_error("%s: has %lld bytes, more than the limit of %llu", name, (long long)st.st_size,
-                     (unsigned long long)limit);
+        ng_log_error("%s: has %lld bytes, more than the limit of %llu%s", name, (long long)st.st_size,
+                     (unsigned long long)limit, raise ? raise : "");
         close(fd);
         return NG_ERROR_MEMORY;
     }
@@ -74,7 +75,7 @@ ng_result ng_file_read_named(const char *name, const char *path, uint64_t limit,
 
 ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *size)
 {
-    return ng_file_read_named(path, path, limit, data, size);
+    return ng_file_read_named(path, path, limit, NULL, data, size);
 }
 
 bool ng_file_exists(const char *path)

@@ -14,9 +14,10 @@ NG_EXTERN_C_BEGIN
 // Reads a regular file whole. `*data` is from malloc, owned by the caller, and followed by a zero byte that
 // is not counted. Files larger than `limit` bytes (0: 4 GiB) are refused before anything is allocated.
 NG_NODISCARD ng_result ng_file_read(const char *path, uint64_t limit, void **data, size_t *size);
-// The same for a file that another one names: messages begin with `name` instead of the path.
-NG_NODISCARD ng_result ng_file_read_named(const char *name, const char *path, uint64_t limit, void **data,
-                                          size_t *size);
+// The same for a file that another one names, or of a limit that can be raised: messages begin with `name`
+// instead of the path, that of the limit ends with `raise` (may be null).
+NG_NODISCARD ng_result ng_file_read_named(const char *name, const char *path, uint64_t limit,
+                                          const char *raise, void **data, size_t *size);
 
 // Writes beside it under a name of its own, flushes to disk, renames: readers see the old file or the new
 // one, never a part. What is replaced keeps its mode, and as far as the process may give them its owner and

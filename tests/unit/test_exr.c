@@ -176,7 +176,8 @@ static void test_damage(void **state)
         at %= size ? size : 1;
         unsigned char old = bytes[at];
         bytes[at] = (unsigned char)(old ^ (1u << (i % 8)));
-        if (ng_exr_decode("flipped", data, size, &(struct ng_exr_limits){4096, 1 << 24}, &exr) == NG_OK)
+        if (ng_exr_decode("flipped", data, size,
+                          &(struct ng_exr_limits){.max_side = 4096, .max_memory = 1 << 24}, &exr) == NG_OK)
             ng_exr_finish(&exr);
         bytes[at] = old;
     }

@@ -26,7 +26,7 @@ static const struct cli_option options[] = {
      .kind = CLI_TEXT,
      .flags = CLI_REQUIRED,
      .offset = offsetof(struct convert, out),
-     .doc = "the file to write: .glb, all in one; or .gltf, with its buffers and pictures beside it"},
+     .doc = "the file to write: .glb, all in one; or .gltf, with files beside it"},
     {.name = "--force",
      .kind = CLI_FLAG,
      .offset = offsetof(struct convert, force),
@@ -108,6 +108,9 @@ const struct cli_command cli_convert_command = {
         "What other commands make where a file has no light, camera or exposure is not written, so none of "
         "their "
         "options\nfor it is taken.\n"
+        "Pictures that are files beside IN are files beside a .gltf; those within a .glb, and those of an "
+        "OBJ, are in "
+        "its .bin.\n"
         "Files beside a .gltf are never replaced; where others have their names, NAME.1.EXT is used.\n",
     .options = options,
     .option_count = NG_COUNT(options),
