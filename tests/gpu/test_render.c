@@ -353,6 +353,37 @@ static void an_occluder_casts_the_shadow_that_geometry_says(void **state)
     assert_true(dark > 3 && lit > 10);
 }
 
+// Of copies in one place the last is seen, and all but that need not be drawn; but where it has no part, as
+// the surface of a light has none in that light's shadows, another one has.
+static void copies_in_one_place_are_one(void **state)
+{
+    struct stage *s = *state;
+    const float center[3] = {0, 0, -0.5f}, toward[3] = {0, 0, 1};
+    const uint32_t shadow_x = 24; // of the light, beside the quad
+    ng_entity e;
+    s->materials[1].base_color[0] = 0.9f;
+    add_quad(s, 0, center, toward, 0.25f);
+    add_quad(s, 1, center, toward, 0.25f);
+    add_point(s, 0.5f, 0, 0.5f, 5);
+    for (int i = 0; i < 4; i++) {
+        s->instances[6].light = i == 1 ? 0 : NG_NONE;
+        s->instances[7].light = i == 2 ? 0 : NG_NONE;
+        s->materials[1].alpha_mode = i == 3 ? NG_ALPHA_MASK : NG_ALPHA_OPAQUE;
+        s->materials[1].alpha_cutoff = 0.5f;
+        s->instances[6].version += 10; // drawn anew
+        draw(s);
+        assert_int_equal(ng_renderer_pick(s->renderer, SIZE / 2, SIZE / 2, &e), NG_OK);
+        assert_int_equal(e.id, s->instances[7].entity.id);
+        assert_near(texel(s, "albedo", SIZE / 2, SIZE / 2)[0], 0.9f, 1e-3f);
+        assert_near(texel(s, "shadow", shadow_x, SIZE / 2)[0], 0, 0);
+        assert_near(texel(s, "shadow", 4, SIZE / 2)[0], 1, 0);
+    }
+    s->instances[7].light = s->instances[6].light = 0; // neither
+    s->instances[6].version += 10;
+    draw(s);
+    assert_near(texel(s, "shadow", shadow_x, SIZE / 2)[0], 1, 0);
+}
+
 static void what_moves_takes_its_shadow_along(void **state)
 {
     struct stage *s = *state;
@@ -1083,6 +1114,7 @@ int main(void)
         T(a_flattened_instance_has_finite_motion),
         T(a_point_light_obeys_the_inverse_square_and_the_brdf),
         T(an_occluder_casts_the_shadow_that_geometry_says),
+        T(copies_in_one_place_are_one),
         T(what_moves_takes_its_shadow_along),
         T(corners_are_no_occluders),
         T(an_area_light_has_a_penumbra),
