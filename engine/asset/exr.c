@@ -331,6 +331,7 @@ struct writer {
     NG_ARRAY(unsigned char) bytes;
     uint32_t *lines; // one chunk: [channel_count][lines][width]
     bool reported;
+    exr_result_t (*compress)(exr_encode_pipeline_t *pipeline); // OpenEXR's
 };
 
 static void on_write_error(exr_const_context_t context, exr_result_t code, const char *text)
@@ -398,6 +399,26 @@ static void copy_lines(const struct ng_exr_params *p, const struct ng_exr_channe
     }
 }
 
+// What is as long compressed as it is uncompressed is taken for uncompressed by whoever reads it, and OpenEXR
+// up to 3.4.7 writes it compressed (its issue 2306).
+static exr_result_t compress(exr_encode_pipeline_t *pipeline)
+{
+    const struct writer *w = pipeline->encoding_user_data;
+    exr_result_t result = w->compress(pipeline);
+    if (result == EXR_ERR_SUCCESS && pipeline->compressed_bytes == pipeline->packed_bytes)
+        memcpy(pipeline->compressed_buffer, pipeline->packed_buffer, pipeline->packed_bytes);
+    return result;
+}
+
+static exr_result_t choose_routines(struct writer *w, exr_encode_pipeline_t *pipeline)
+{
+    exr_result_t result = exr_encoding_choose_default_routines(w->context, 0, pipeline);
+    w->compress = pipeline->compress_fn;
+    pipeline->compress_fn = w->compress ? compress : NULL;
+    pipeline->encoding_user_data = w;
+    return result;
+}
+
 static bool encode_chunk(struct writer *w, exr_encode_pipeline_t *pipeline, const exr_chunk_info_t *chunk)
 {
     const struct ng_exr_params *p = w->params;
@@ -418,7 +439,7 @@ static bool encode_chunk(struct writer *w, exr_encode_pipeline_t *pipeline, cons
         channel->encode_from_ptr = (const uint8_t *)lines;
     }
     if (first)
-        result = exr_encoding_choose_default_routines(w->context, 0, pipeline);
+        result = choose_routines(w, pipeline);
     return result == EXR_ERR_SUCCESS && exr_encoding_run(w->context, 0, pipeline) == EXR_ERR_SUCCESS;
 }
 

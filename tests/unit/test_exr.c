@@ -4,6 +4,7 @@
 #include "asset/image.h"
 #include "asset/png.h"
 #include "base/file.h"
+#include "base/rng.h"
 
 #include <math.h>
 
@@ -73,6 +74,29 @@ static void test_same_bytes(void **state)
     assert_memory_equal(x, y, n);
     free(x);
     free(y);
+}
+
+// Lines of noise that a compressor makes about as long as they are: a byte shorter, equal, or longer.
+static void test_what_compression_makes_no_shorter(void **state)
+{
+    NG_UNUSED(state);
+    struct ng_rng rng = ng_rng_make(1, 0);
+    for (uint32_t n = 0; n < 2000; n++) {
+        uint32_t noise[64], width = 24 + n % 8;
+        for (uint32_t i = 0; i < width; i++)
+            noise[i] = ng_rng_u32(&rng) & (i < 4 + n % 9 ? 0xffu : 0xffffffffu);
+        const struct ng_exr_channel channel = {"id", NG_EXR_UINT, noise, 0};
+        const struct ng_exr_params params = {
+            .width = width, .height = 1, .channels = &channel, .channel_count = 1};
+        struct ng_exr exr;
+        void *data;
+        size_t size;
+        assert_int_equal(ng_exr_encode("noise", &params, &data, &size), NG_OK);
+        assert_int_equal(ng_exr_decode("noise", data, size, NULL, &exr), NG_OK);
+        assert_memory_equal(ng_exr_plane(&exr, "id")->pixels, noise, width * sizeof *noise);
+        ng_exr_finish(&exr);
+        free(data);
+    }
 }
 
 static void test_full_disk(void **state)
@@ -298,6 +322,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_same_bytes),
+        cmocka_unit_test(test_what_compression_makes_no_shorter),
         cmocka_unit_test(test_full_disk),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_damage),
