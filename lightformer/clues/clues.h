@@ -64,6 +64,9 @@ struct lf_clues_scene {
     // lf_clues_view return NG_ABANDONED. Null: never.
     bool (*abandon)(const void *user);
     const void *abandon_user;
+    // Told how many rays are about to be cast, on any thread; null: nobody is. For benchmarks.
+    void (*count_rays)(void *user, uint32_t rays);
+    void *count_user;
 };
 
 // The set of inputs that a program reads, for lf_clues_scene.

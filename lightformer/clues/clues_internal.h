@@ -188,6 +188,20 @@ static inline bool lf_clues_wants(const struct lf_clues_scene *scene, enum lf_ne
     return !scene->reads || (scene->reads >> input & 1);
 }
 
+static inline void lf_count_rays(const struct lf_clues_scene *scene, uint32_t rays)
+{
+    if (scene->count_rays)
+        scene->count_rays(scene->count_user, rays);
+}
+
+static inline void lf_count_packet(const struct lf_clues_scene *scene, const struct lf_packet *packet)
+{
+    uint32_t rays = 0;
+    for (int i = 0; scene->count_rays && i < LF_PACKET; i++)
+        rays += packet->far[i] > 0;
+    lf_count_rays(scene, rays);
+}
+
 static inline struct lf_space lf_space_of(const struct ng_snapshot *s)
 {
     bool sized = s->scene_radius > 0 && isfinite(s->scene_radius);

@@ -79,6 +79,7 @@ static void meet(struct meeting *m)
         return;
     }
     lf_trace_origin(m->scene->tracer, m->lane->world, m->lane->point.flat, m->direction, ray.origin);
+    lf_count_rays(m->scene, 1);
     lf_trace_emitters(m->scene->tracer, &ray, meet_emitter, m);
 }
 

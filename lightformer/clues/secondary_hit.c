@@ -42,6 +42,7 @@ void lf_secondary_cast(const struct lf_clues_scene *scene, const struct lf_space
     lf_to_world(space, position, world);
     memcpy(ray.direction, hit->direction, sizeof ray.direction);
     lf_trace_origin(scene->tracer, world, flat, ray.direction, ray.origin);
+    lf_count_rays(scene, 1);
     hit->met = lf_trace_closest(scene->tracer, &ray, LF_RAY_PAST_LAMPS, &met);
     if (!hit->met)
         return;
@@ -92,6 +93,7 @@ static bool arrives(const struct lighting *l, const struct lf_secondary_hit *hit
     lf_trace_origin(l->scene->tracer, position, hit->flat, in->direction, ray.origin);
     memcpy(ray.direction, in->direction, sizeof ray.direction);
     ray.far = lf_max(in->distance * LF_LIGHT_RAY_PART - lf_skin_along(light, vpl, in->direction), 0);
+    lf_count_rays(l->scene, 1);
     return !lf_trace_shadowed(l->scene->tracer, &ray, light->light);
 }
 

@@ -109,6 +109,7 @@ static void find_tile(const struct search *s, uint32_t x0, uint32_t y0)
     }
     if (!rays)
         return;
+    lf_count_packet(s->scene, &packet);
     lf_trace_packet(s->scene->tracer, &packet, NULL);
     for (uint32_t i = 0; i < LF_PACKET; i++)
         if (packet.met[i])

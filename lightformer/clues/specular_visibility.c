@@ -71,8 +71,10 @@ static void answer(struct asking *a)
         set_ray(s, &a->points, &aim, i, &packet);
         any = true;
     }
-    if (any)
+    if (any) {
+        lf_count_packet(s->scene, &packet);
         lf_trace_packet_occluded(s->scene->tracer, &packet);
+    }
     for (uint32_t i = 0; i < a->count; i++) {
         if (!(aim.weight[i] > 0))
             continue;

@@ -153,6 +153,7 @@ static void trace_tile(const struct search *search, uint32_t view, uint32_t x0, 
         }
         packet.far[i] = lf_max3(aims[i].power) > 0 ? aims[i].far : 0;
     }
+    lf_count_packet(search->scene, &packet);
     lf_trace_packet(search->scene->tracer, &packet, hits);
     for (uint32_t i = 0; i < LF_PACKET; i++) {
         struct lf_texel *texel = &light->texels.items[view * TEXELS + (y0 + i / TILE) * SIDE + x0 + i % TILE];

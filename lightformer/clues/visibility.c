@@ -144,6 +144,7 @@ static void trace_sample(const struct search *s, const struct tile *tile, uint32
     }
     if (!any)
         return;
+    lf_count_packet(s->scene, &packet);
     lf_trace_packet_occluded(s->scene->tracer, &packet);
     for (uint32_t i = 0; i < LF_PACKET; i++)
         if (q.asks[i])

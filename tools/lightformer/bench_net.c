@@ -178,12 +178,17 @@ static void find_medians(struct results *r)
     }
 }
 
+static bool is_product(const struct lf_net_figure *f)
+{
+    return strcmp(f->operation, "linear") == 0 || strcmp(f->operation, "conv") == 0;
+}
+
 // The products and convolutions of all stages: GFLOP/s, all threads together.
 static double product_speed(const struct results *r, uint32_t threads)
 {
     double ms = 0, gflop = 0;
     for (uint32_t i = 0; i < r->figure_count; i++)
-        if (strcmp(r->figures[i].operation, "linear") == 0 || strcmp(r->figures[i].operation, "conv") == 0) {
+        if (is_product(&r->figures[i])) {
             ms += r->figures[i].ms;
             gflop += r->figures[i].gflop;
         }
@@ -291,6 +296,16 @@ ng_result bench_net(const struct bench_net_params *params)
     return result;
 }
 
+static void set_stages(const struct results *r, uint32_t frames, struct bench_net_shares *out)
+{
+    for (uint32_t i = 0; i < BENCH_NET_STAGES; i++)
+        out->stages[i].ms = r->median[i];
+    for (uint32_t i = 0; i < r->figure_count; i++)
+        for (uint32_t k = 0; k < BENCH_NET_STAGES && is_product(&r->figures[i]); k++)
+            if (strcmp(r->figures[i].stage, span_names[k]) == 0)
+                out->stages[k].gflop += r->figures[i].gflop / frames;
+}
+
 ng_result bench_net_measure_shares(const struct bench_net_params *params, struct bench_net_shares *out)
 {
     struct session s = {.params = params};
@@ -300,6 +315,10 @@ ng_result bench_net_measure_shares(const struct bench_net_params *params, struct
     for (int i = LF_KERNEL_PLAIN; i <= LF_KERNEL_AMX && result == NG_OK; i++)
         if (r.peaks[i] > 0)
             out->of[i] = product_speed(&r, ng_jobs_threads(s.jobs)) / r.peaks[i];
+    if (result == NG_OK) {
+        out->peak = r.peaks[lf_net_executor_kernel(s.executor)];
+        set_stages(&r, params->frames, out);
+    }
     close_results(&r);
     close_session(&s);
     return result;

@@ -20,9 +20,15 @@ const char *bench_net_kernel(uint32_t index);
 
 NG_NODISCARD ng_result bench_net(const struct bench_net_params *params);
 
+#define BENCH_NET_STAGES 3 // lights, views, gather
+
 // The speed of all products and convolutions over each kernel's peak, measured beside it; 0: not on this CPU.
 struct bench_net_shares {
     double of[LF_KERNEL_AMX + 1];
+    double peak; // of the kernel that ran, GFLOP/s
+    struct {
+        double ms, gflop; // a frame; of products and convolutions
+    } stages[BENCH_NET_STAGES];
 };
 NG_NODISCARD ng_result bench_net_measure_shares(const struct bench_net_params *params,
                                                 struct bench_net_shares *out);

@@ -4,11 +4,12 @@
 #define _DEFAULT_SOURCE // setenv, wait4
 #include "bench_neural.h"
 
+#include "bench_pace.h"
+#include "bench_paths.h"
 #include "bench_room.h"
 #include "bench_scene.h"
 #include "commands.h"
 #include "opening.h"
-#include "progress.h"
 
 #include "app/stage.h"
 #include "base/array.h"
@@ -28,13 +29,21 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define WARM_UP       3
+#define WARM_UP       2
 #define MAX_FRAMES    256u
 #define MEMORY_LIGHTS 7u
-#define NET_LIGHTS    2u
-#define MEMORY_GOAL   700e6 // bytes
+#define MANY_LIGHTS   100u
+#define MEMORY_GOAL   500.0 // MiB
 #define FIRST_GOAL    3.0   // seconds
 #define TRACER_DEPTH  5u
+
+// Parts of the time that is given. What is left goes to what has no choice: starting, warming up.
+#define SHARE_BUDGET      0.20
+#define SHARE_BUDGET_ONLY 0.60
+#define SHARE_LIGHTS      0.15
+#define SHARE_MANY        0.10
+#define SHARE_PIECES      0.06
+#define SHARE_ROOM        0.12
 
 // ---- A scene under measurement ---------------------------------------------------------------------------
 
@@ -197,6 +206,12 @@ static uint32_t frames_of(const struct bench_neural_params *params)
     return params->frames < MAX_FRAMES ? params->frames : MAX_FRAMES;
 }
 
+static void begin_pace(const struct subject *s, const char *label, uint32_t most, double share,
+                       struct bench_pace *out)
+{
+    bench_pace_begin(out, label, most, share * s->params->seconds);
+}
+
 // ---- The frame, and a sample of the path tracer ----------------------------------------------------------
 
 struct rival {
@@ -239,25 +254,20 @@ struct series {
 
 static ng_result measure_frames(struct subject *s, struct rival *r, struct series *series)
 {
-    struct progress progress;
-    uint32_t frames = frames_of(s->params);
-    ng_result result = warm_up(s, WARM_UP);
-    progress_begin(&progress, "frame", frames);
-    for (uint32_t i = 0; i < frames && result == NG_OK; i++) {
-        double ms[STAGES] = {0};
-        progress_update(&progress, i);
-        result = draw(s, &series->frame[i]);
-        if (result == NG_OK)
-            result = read_stages(s, ms);
+    struct bench_pace pace;
+    NG_TRY(warm_up(s, WARM_UP));
+    begin_pace(s, "frame", frames_of(s->params), s->params->budget ? SHARE_BUDGET_ONLY : SHARE_BUDGET, &pace);
+    for (uint32_t i = 0; bench_pace_next(&pace, i); i++) {
+        double ms[STAGES];
+        NG_TRY(draw(s, &series->frame[i]));
+        NG_TRY(read_stages(s, ms));
         for (int k = 0; k < STAGES; k++)
             series->stages[k][i] = ms[k];
-        if (result == NG_OK)
-            result = trace_sample(s, r, &series->sample[i]);
+        NG_TRY(trace_sample(s, r, &series->sample[i]));
         series->ratio[i] = series->frame[i] / series->sample[i];
     }
-    progress_end(&progress);
-    series->count = frames;
-    return result;
+    series->count = pace.done;
+    return NG_OK;
 }
 
 static void summarize(struct series *series, struct bench_neural *out)
@@ -303,7 +313,7 @@ static ng_result measure_budget(const struct bench_neural_params *params, struct
 #define MAX_ROUNDS 64u
 
 struct growth {
-    double encode[MAX_ROUNDS], gather[MAX_ROUNDS], network[MAX_ROUNDS];
+    double frame[MAX_ROUNDS], encode[MAX_ROUNDS], gather[MAX_ROUNDS], network[MAX_ROUNDS];
 };
 
 // Adds `share` of what a frame takes; the one before it has the new number of lights already, or memory would
@@ -315,6 +325,7 @@ static ng_result measure_round(struct subject *s, uint32_t round, double share, 
     NG_TRY(read_stages(s, ms));
     NG_TRY(draw(s, &frame_ms));
     NG_TRY(read_stages(s, ms));
+    out->frame[round] += share * frame_ms;
     out->encode[round] += share * (ms[RSM] + ms[CLUES] + ms[LIGHT] + ms[UNET]);
     out->gather[round] += share * ms[GATHER];
     out->network[round] += share * (ms[LIGHT] + ms[UNET] + ms[GATHER]);
@@ -323,6 +334,7 @@ static ng_result measure_round(struct subject *s, uint32_t round, double share, 
 
 static void take_medians(struct growth *g, uint32_t rounds, struct bench_neural_step *out)
 {
+    out->frame_ms = median(g->frame, rounds);
     out->encode_ms = median(g->encode, rounds);
     out->gather_ms = median(g->gather, rounds);
     out->network_ms = median(g->network, rounds);
@@ -332,6 +344,47 @@ static uint32_t rounds_of(const struct bench_neural_params *params)
 {
     uint32_t rounds = params->frames / 4 + 1;
     return rounds < MAX_ROUNDS ? rounds : MAX_ROUNDS;
+}
+
+// The line through the steps by least squares, and how far they are from it at most.
+struct line {
+    double fixed, slope, curve; // at no light, milliseconds; a light; as a share of the value
+};
+
+static struct line fit(const struct bench_neural_step *steps, const double *ms)
+{
+    struct line line = {0};
+    double x = 0, y = 0, xx = 0, xy = 0;
+    for (int i = 0; i < BENCH_STEPS; i++) {
+        double n = steps[i].count;
+        x += n / BENCH_STEPS;
+        y += ms[i] / BENCH_STEPS;
+        xx += n * n / BENCH_STEPS;
+        xy += n * ms[i] / BENCH_STEPS;
+    }
+    line.slope = (xy - x * y) / (xx - x * x);
+    line.fixed = y - line.slope * x;
+    for (int i = 0; i < BENCH_STEPS; i++)
+        line.curve = fmax(line.curve, fabs(ms[i] / (line.fixed + line.slope * steps[i].count) - 1));
+    return line;
+}
+
+static void fit_lights(struct bench_neural *out)
+{
+    double frame[BENCH_STEPS], encode[BENCH_STEPS], gather[BENCH_STEPS];
+    for (int i = 0; i < BENCH_STEPS; i++) {
+        frame[i] = out->lights[i].frame_ms;
+        encode[i] = out->lights[i].encode_ms;
+        gather[i] = out->lights[i].gather_ms;
+    }
+    const struct line whole = fit(out->lights, frame), encoding = fit(out->lights, encode),
+                      gathering = fit(out->lights, gather);
+    out->fixed_ms = whole.fixed;
+    out->light_ms = whole.slope;
+    out->encode_slope_ms = encoding.slope;
+    out->encode_curve = encoding.curve;
+    out->gather_slope_ms = gathering.slope;
+    out->gather_curve = gathering.curve;
 }
 
 #define MOST_LIGHTS (1u << (BENCH_STEPS - 1))
@@ -359,29 +412,56 @@ static ng_result measure_light_rounds(struct subject *s, struct bench_neural_ste
 {
     struct growth growth[BENCH_STEPS] = {0};
     struct many_lights lights;
-    struct progress progress;
-    uint32_t rounds = rounds_of(s->params);
-    ng_result result = bench_scene_set_lights(s->stage->world, MOST_LIGHTS, lights.all, &lights.kinds);
-    if (result == NG_OK)
-        result = warm_up(s, WARM_UP);
-    progress_begin(&progress, "lights", (uint64_t)rounds * BENCH_STEPS);
-    for (uint32_t i = 0; i < rounds * BENCH_STEPS && result == NG_OK; i++) {
-        uint32_t step = i % BENCH_STEPS;
-        progress_update(&progress, i);
-        steps[step].count = 1u << step;
-        result = measure_lights_round(s, &lights, steps[step].count, i / BENCH_STEPS, &growth[step]);
+    struct bench_pace pace;
+    NG_TRY(bench_scene_set_lights(s->stage->world, MOST_LIGHTS, lights.all, &lights.kinds));
+    NG_TRY(warm_up(s, 1));
+    begin_pace(s, "lights", rounds_of(s->params), SHARE_LIGHTS, &pace);
+    for (uint32_t round = 0; bench_pace_next(&pace, round); round++)
+        for (uint32_t i = 0; i < BENCH_STEPS; i++) {
+            steps[i].count = 1u << i;
+            NG_TRY(measure_lights_round(s, &lights, steps[i].count, round, &growth[i]));
+        }
+    for (uint32_t i = 0; i < BENCH_STEPS; i++)
+        take_medians(&growth[i], pace.done, &steps[i]);
+    return NG_OK;
+}
+
+// Seven, and a hundred: of a picture of half the size, or it would take most of the time that there is.
+static ng_result measure_many_rounds(struct subject *s, struct bench_neural *out)
+{
+    static const uint32_t counts[2] = {MEMORY_LIGHTS, MANY_LIGHTS};
+    double frame[2][MAX_ROUNDS], ratio[MAX_ROUNDS];
+    ng_entity lights[MANY_LIGHTS];
+    uint32_t kinds;
+    struct bench_pace pace;
+    NG_TRY(bench_scene_set_lights(s->stage->world, MANY_LIGHTS, lights, &kinds));
+    begin_pace(s, "many lights", rounds_of(s->params), SHARE_MANY, &pace);
+    for (uint32_t round = 0; bench_pace_next(&pace, round); round++) {
+        for (int i = 0; i < 2; i++) {
+            NG_TRY(bench_scene_switch_lights(s->stage->world, lights, MANY_LIGHTS, 0, counts[i]));
+            for (uint32_t warm = round ? 1 : 0; warm < 2; warm++) // the first has to find its memory
+                NG_TRY(draw(s, &frame[i][round]));
+        }
+        ratio[round] = frame[1][round] / frame[0][round];
     }
-    progress_end(&progress);
-    for (uint32_t i = 0; i < BENCH_STEPS && result == NG_OK; i++)
-        take_medians(&growth[i], rounds, &steps[i]);
-    return result;
+    out->many_ms[0] = median(frame[0], pace.done);
+    out->many_ms[1] = median(frame[1], pace.done);
+    out->many_ratio = median(ratio, pace.done);
+    return NG_OK;
 }
 
 static ng_result measure_lights(const struct bench_neural_params *params, struct bench_neural *out)
 {
+    struct bench_neural_params half = *params;
     struct subject s;
+    half.width = (params->width + 1) / 2;
+    half.height = (params->height + 1) / 2;
     NG_TRY(open_subject(params, &s));
     ng_result result = measure_light_rounds(&s, out->lights);
+    fit_lights(out);
+    s.params = &half;
+    if (result == NG_OK)
+        result = measure_many_rounds(&s, out);
     close_subject(&s);
     return result;
 }
@@ -390,23 +470,18 @@ static ng_result measure_lights(const struct bench_neural_params *params, struct
 static ng_result measure_piece_rounds(struct subject s[2], struct bench_neural_step steps[2])
 {
     struct growth growth[2] = {0};
-    struct progress progress;
-    uint32_t rounds = rounds_of(s[0].params);
-    ng_result result = NG_OK;
-    for (int i = 0; i < 2 && result == NG_OK; i++) {
-        result = bench_scene_set_copies(s[i].stage->world, i ? 100 : 1, &steps[i].count);
-        if (result == NG_OK)
-            result = warm_up(&s[i], WARM_UP);
+    struct bench_pace pace;
+    for (int i = 0; i < 2; i++) {
+        NG_TRY(bench_scene_set_copies(s[i].stage->world, i ? 100 : 1, &steps[i].count));
+        NG_TRY(warm_up(&s[i], 1));
     }
-    progress_begin(&progress, "pieces", (uint64_t)rounds * 2);
-    for (uint32_t i = 0; i < rounds * 2 && result == NG_OK; i++) {
-        progress_update(&progress, i);
-        result = measure_round(&s[i % 2], i / 2, 1, &growth[i % 2]);
-    }
-    progress_end(&progress);
-    for (int i = 0; i < 2 && result == NG_OK; i++)
-        take_medians(&growth[i], rounds, &steps[i]);
-    return result;
+    begin_pace(&s[0], "pieces", rounds_of(s[0].params), SHARE_PIECES, &pace);
+    for (uint32_t round = 0; bench_pace_next(&pace, round); round++)
+        for (int i = 0; i < 2; i++)
+            NG_TRY(measure_round(&s[i], round, 1, &growth[i]));
+    for (int i = 0; i < 2; i++)
+        take_medians(&growth[i], pace.done, &steps[i]);
+    return NG_OK;
 }
 
 static ng_result measure_pieces(const struct bench_neural_params *params, struct bench_neural *out)
@@ -422,7 +497,8 @@ static ng_result measure_pieces(const struct bench_neural_params *params, struct
     return result;
 }
 
-// ---- One lamp of seven is dragged ------------------------------------------------------------------------
+// ---- A room with seven lamps, of which one is dragged
+// -------------------------------------------------------
 
 static ng_result move_lamp(struct subject *s, ng_entity lamp, uint32_t round)
 {
@@ -432,75 +508,53 @@ static ng_result move_lamp(struct subject *s, ng_entity lamp, uint32_t round)
     return NG_OK;
 }
 
-// The two kinds of frame take turns.
-static ng_result measure_drag_rounds(struct subject *s, ng_entity lamp, struct bench_neural *out)
+// The two kinds of frame and a sample of the path tracer take turns.
+static ng_result measure_room_rounds(struct subject *s, struct rival *rival, ng_entity lamp,
+                                     struct bench_neural *out)
 {
-    double drag[MAX_ROUNDS] = {0}, redo[MAX_ROUNDS] = {0}, ratio[MAX_ROUNDS];
-    struct progress progress;
-    uint32_t rounds = rounds_of(s->params);
-    ng_result result = warm_up(s, WARM_UP);
-    progress_begin(&progress, "dragged lamp", rounds);
-    for (uint32_t i = 0; i < rounds && result == NG_OK; i++) {
-        progress_update(&progress, i);
-        ng_graph_ignore_keys(ng_renderer_graph(s->stage->renderer), false);
-        result = move_lamp(s, lamp, i);
-        if (result == NG_OK)
-            result = draw(s, &drag[i]);
-        ng_graph_ignore_keys(ng_renderer_graph(s->stage->renderer), true);
-        if (result == NG_OK)
-            result = draw(s, &redo[i]);
-        ratio[i] = drag[i] / redo[i];
+    double drag[MAX_ROUNDS], redo[MAX_ROUNDS], sample[MAX_ROUNDS], drag_ratio[MAX_ROUNDS],
+        redo_ratio[MAX_ROUNDS];
+    struct ng_graph *graph = ng_renderer_graph(s->stage->renderer);
+    struct bench_pace pace;
+    NG_TRY(warm_up(s, WARM_UP));
+    begin_pace(s, "seven lamps", rounds_of(s->params), SHARE_ROOM, &pace);
+    for (uint32_t i = 0; bench_pace_next(&pace, i); i++) {
+        ng_graph_ignore_keys(graph, false);
+        NG_TRY(move_lamp(s, lamp, i));
+        NG_TRY(draw(s, &drag[i]));
+        ng_graph_ignore_keys(graph, true);
+        NG_TRY(draw(s, &redo[i]));
+        NG_TRY(trace_sample(s, rival, &sample[i]));
+        drag_ratio[i] = drag[i] / redo[i];
+        redo_ratio[i] = redo[i] / sample[i];
     }
-    progress_end(&progress);
-    if (result != NG_OK)
-        return result;
-    out->drag_ms = median(drag, rounds);
-    out->redo_ms = median(redo, rounds);
-    out->drag_ratio = median(ratio, rounds);
+    const struct ng_graph_counters memory = ng_graph_counters(graph);
+    out->plan_mib = (double)(memory.transient_bytes + memory.persistent_bytes) / (1 << 20);
+    out->drag_ms = median(drag, pace.done);
+    out->redo_ms = median(redo, pace.done);
+    out->room_sample_ms = median(sample, pace.done);
+    out->drag_ratio = median(drag_ratio, pace.done);
+    out->room_ratio = median(redo_ratio, pace.done);
     return NG_OK;
 }
 
 // The stage's own scene makes room.
-static ng_result measure_drag(const struct bench_neural_params *params, struct bench_neural *out)
+static ng_result measure_room(const struct bench_neural_params *params, struct bench_neural *out)
 {
     struct subject s;
+    struct rival rival = {0};
     ng_entity lamps[BENCH_ROOM_LAMPS];
     NG_TRY(open_subject(params, &s));
     ng_result result = ng_entity_destroy(s.stage->world, s.stage->scene.root);
     if (result == NG_OK)
         result = bench_room_make(s.stage->world, s.stage->assets, lamps);
     if (result == NG_OK)
-        result = measure_drag_rounds(&s, lamps[0], out);
+        result = open_rival(&s, &rival);
+    if (result == NG_OK)
+        result = measure_room_rounds(&s, &rival, lamps[0], out);
+    close_rival(&rival);
     close_subject(&s);
     return result;
-}
-
-// The line through the steps by least squares; how far the steps are from it at most.
-static void fit(const struct bench_neural_step *steps, const double *ms, double *slope, double *curve)
-{
-    double x = 0, y = 0, xx = 0, xy = 0;
-    for (int i = 0; i < BENCH_STEPS; i++) {
-        double n = steps[i].count;
-        x += n / BENCH_STEPS;
-        y += ms[i] / BENCH_STEPS;
-        xx += n * n / BENCH_STEPS;
-        xy += n * ms[i] / BENCH_STEPS;
-    }
-    *slope = (xy - x * y) / (xx - x * x);
-    *curve = 0;
-    for (int i = 0; i < BENCH_STEPS; i++)
-        *curve = fmax(*curve, fabs(ms[i] / (y + *slope * (steps[i].count - x)) - 1));
-}
-
-static void fit_lights(struct bench_neural *out)
-{
-    double encode[BENCH_STEPS], gather[BENCH_STEPS];
-    for (int i = 0; i < BENCH_STEPS; i++) {
-        encode[i] = out->lights[i].encode_ms;
-        gather[i] = out->lights[i].gather_ms;
-    }
-    fit(out->lights, encode, &out->encode_slope_ms, &out->encode_curve);
-    fit(out->lights, gather, &out->gather_slope_ms, &out->gather_curve);
 }
 
 // ---- Processes of their own ------------------------------------------------------------------------------
@@ -577,39 +631,9 @@ ng_result bench_neural_measure_processes(const struct bench_neural_params *param
     return NG_OK;
 }
 
-// The network by itself, at the picture's size.
-static ng_result measure_products(const struct bench_neural_params *params, struct bench_neural *out)
-{
-    char found[4096];
-    struct bench_net_params net = {.size = {params->width, params->height},
-                                   .lights = NET_LIGHTS,
-                                   .frames = rounds_of(params),
-                                   .threads = params->threads};
-    if (params->weights)
-        net.network = params->weights;
-    else if (lf_neural_find_weights(params->scene, found, sizeof found))
-        net.network = found;
-    NG_REQUIRE(net.network, "the frames before this had weights");
-    return bench_net_measure_shares(&net, &out->products);
-}
-
-ng_result bench_neural_measure(const struct bench_neural_params *params, struct bench_neural *out)
-{
-    out->budget_only = params->budget;
-    NG_TRY(measure_budget(params, out));
-    if (params->budget)
-        return NG_OK;
-    NG_TRY(measure_products(params, out));
-    NG_TRY(measure_lights(params, out));
-    NG_TRY(measure_pieces(params, out));
-    NG_TRY(measure_drag(params, out));
-    fit_lights(out);
-    return NG_OK;
-}
-
 // ---- Telling ---------------------------------------------------------------------------------------------
 
-void bench_neural_print(const struct bench_neural *b)
+static void print_budget(const struct bench_neural *b)
 {
     printf(
         "\nneural, everything redone in every frame: %.2f ms; one sample a pixel of the path tracer, depth "
@@ -619,20 +643,73 @@ void bench_neural_print(const struct bench_neural *b)
     for (uint32_t i = 0; i < b->stage_count; i++)
         printf("%-40s %10.2f %9.1f%%\n", b->budget[i].name, b->budget[i].ms,
                100 * b->budget[i].ms / b->frame_ms);
-    if (b->budget_only)
-        return;
-    printf("\n%-40s %10s %10s %10s\n", "", "encode ms", "gather ms", "network ms");
+}
+
+static void print_paths(const struct bench_neural *b)
+{
+    bench_paths_print(&b->paths);
+}
+
+static void print_step(const struct bench_neural_step *step, const char *what)
+{
+    printf("%4u %-35s %10.2f %10.2f %10.2f %10.2f\n", step->count, what, step->frame_ms, step->encode_ms,
+           step->gather_ms, step->network_ms);
+}
+
+static void print_lights(const struct bench_neural *b)
+{
+    printf("\n%-40s %10s %10s %10s %10s\n", "", "frame ms", "encode ms", "gather ms", "network ms");
     for (uint32_t i = 0; i < BENCH_STEPS; i++)
-        printf("%4u lights %29s %10.2f %10.2f %10.2f\n", b->lights[i].count, "", b->lights[i].encode_ms,
-               b->lights[i].gather_ms, b->lights[i].network_ms);
+        print_step(&b->lights[i], "lights");
+    printf("the fixed part: %.2f ms; a light more: %.2f ms, %.2f of them to encode, %.2f to gather\n",
+           b->fixed_ms, b->light_ms, b->encode_slope_ms, b->gather_slope_ms);
+    printf("a picture of half the size, %u lights: %.2f ms; %u lights: %.2f ms\n", MEMORY_LIGHTS,
+           b->many_ms[0], MANY_LIGHTS, b->many_ms[1]);
+}
+
+static void print_pieces(const struct bench_neural *b)
+{
     for (uint32_t i = 0; i < NG_COUNT(b->pieces); i++)
-        printf("%4u pieces %29s %10.2f %10.2f %10.2f\n", b->pieces[i].count, "", b->pieces[i].encode_ms,
-               b->pieces[i].gather_ms, b->pieces[i].network_ms);
-    printf("a light more: %.2f ms to encode, %.2f ms to gather\n", b->encode_slope_ms, b->gather_slope_ms);
-    printf("a room with %u lamps, of which one is dragged: %.2f ms; all redone: %.2f ms\n", BENCH_ROOM_LAMPS,
-           b->drag_ms, b->redo_ms);
-    printf("peak memory with %u lights: %.0f MiB; first picture after %.2f s, %.2f s of processor time\n",
-           MEMORY_LIGHTS, b->memory_mib, b->first_frame_s, b->first_frame_cpu_s);
+        print_step(&b->pieces[i], "pieces");
+}
+
+static void print_room(const struct bench_neural *b)
+{
+    printf("a room with %u lamps, of which one is dragged: %.2f ms; all redone: %.2f ms; one sample a pixel: "
+           "%.2f ms\n",
+           BENCH_ROOM_LAMPS, b->drag_ms, b->redo_ms, b->room_sample_ms);
+    printf("peak memory with %u lights: %.0f MiB, of the frame's plan %.0f MiB; first picture after %.2f s, "
+           "%.2f s of processor time\n",
+           MEMORY_LIGHTS, b->memory_mib, b->plan_mib, b->first_frame_s, b->first_frame_cpu_s);
+}
+
+static ng_result measure_paths(const struct bench_neural_params *params, struct bench_neural *out)
+{
+    return bench_paths_measure(params, &out->paths);
+}
+
+ng_result bench_neural_measure(const struct bench_neural_params *params, struct bench_neural *out)
+{
+    static const struct {
+        ng_result (*measure)(const struct bench_neural_params *params, struct bench_neural *out);
+        void (*print)(const struct bench_neural *b);
+        bool of_frame; // part of --budget
+    } parts[] = {
+        {measure_budget, print_budget, true},  {measure_paths, print_paths, true},
+        {measure_lights, print_lights, false}, {measure_pieces, print_pieces, false},
+        {measure_room, print_room, false},
+    };
+    out->budget_only = params->budget;
+    for (size_t i = 0; i < NG_COUNT(parts); i++) {
+        if (params->budget && !parts[i].of_frame)
+            continue;
+        NG_TRY(parts[i].measure(params, out));
+        if (params->silent)
+            continue;
+        parts[i].print(out);
+        fflush(stdout);
+    }
+    return NG_OK;
 }
 
 static void write_steps(struct json *j, const char *key, const struct bench_neural_step *steps, size_t count)
@@ -641,6 +718,7 @@ static void write_steps(struct json *j, const char *key, const struct bench_neur
     for (size_t i = 0; i < count; i++) {
         json_object(j, NULL);
         json_number(j, "count", steps[i].count);
+        json_number(j, "frame_ms", steps[i].frame_ms);
         json_number(j, "encode_ms", steps[i].encode_ms);
         json_number(j, "gather_ms", steps[i].gather_ms);
         json_number(j, "network_ms", steps[i].network_ms);
@@ -655,8 +733,14 @@ static void write_growth(const struct bench_neural *b, struct json *j)
     write_steps(j, "pieces", b->pieces, NG_COUNT(b->pieces));
     json_number(j, "encode_slope_ms", b->encode_slope_ms);
     json_number(j, "gather_slope_ms", b->gather_slope_ms);
+    json_number(j, "fixed_ms", b->fixed_ms);
+    json_number(j, "light_ms", b->light_ms);
+    json_number(j, "half_size_7_lights_ms", b->many_ms[0]);
+    json_number(j, "half_size_100_lights_ms", b->many_ms[1]);
     json_number(j, "drag_ms", b->drag_ms);
     json_number(j, "redo_ms", b->redo_ms);
+    json_number(j, "room_sample_ms", b->room_sample_ms);
+    json_number(j, "plan_mib", b->plan_mib);
     json_number(j, "memory_mib", b->memory_mib);
     json_number(j, "first_frame_s", b->first_frame_s);
     json_number(j, "first_frame_cpu_s", b->first_frame_cpu_s);
@@ -671,23 +755,10 @@ void bench_neural_write(const struct bench_neural *b, struct json *j)
     for (uint32_t i = 0; i < b->stage_count; i++)
         json_number(j, b->budget[i].name, b->budget[i].ms);
     json_end(j);
+    bench_paths_write(&b->paths, j);
     if (!b->budget_only)
         write_growth(b, j);
     json_end(j);
-}
-
-// The i-th kernel that this CPU has.
-static bool product_ratio(const struct bench_net_shares *shares, uint32_t index, char *name, size_t size,
-                          double *value)
-{
-    for (int i = LF_KERNEL_PLAIN; i <= LF_KERNEL_AMX; i++) {
-        if (shares->of[i] <= 0 || index-- > 0)
-            continue;
-        snprintf(name, size, "neural:products to the peak of %s", lf_net_kernel_name((enum lf_net_kernel)i));
-        *value = shares->of[i];
-        return true;
-    }
-    return false;
 }
 
 bool bench_neural_ratio(const struct bench_neural *b, uint32_t index, char *name, size_t size, double *value)
@@ -697,14 +768,17 @@ bool bench_neural_ratio(const struct bench_neural *b, uint32_t index, char *name
         double value;
     } ratios[] = {
         {"frame to a sample a pixel", b->frame_ratio},
+        {"a light more to the fixed part", b->light_ms / b->fixed_ms},
+        {"7 area lights, all redone, to a sample a pixel", b->room_ratio},
+        {"one of 7 lamps dragged to all redone", b->drag_ratio},
+        {"100 lights to 7 lights", b->many_ratio},
+        {"peak memory of 7 lights to 500 MiB", b->memory_mib / MEMORY_GOAL},
         {"encoding a light to a sample a pixel", b->encode_slope_ms / b->sample_ms},
         {"gathering a light to a sample a pixel", b->gather_slope_ms / b->sample_ms},
         {"encode, off the line of 1 to 16 lights", b->encode_curve},
         {"gather, off the line of 1 to 16 lights", b->gather_curve},
         {"network, 100 times the pieces", b->pieces[1].network_ms / b->pieces[0].network_ms},
         {"encode, 100 times the pieces", b->pieces[1].encode_ms / b->pieces[0].encode_ms},
-        {"one of 7 lamps dragged to all redone", b->drag_ratio},
-        {"memory of 7 lights to 700 MB", b->memory_mib * (1 << 20) / MEMORY_GOAL},
         {"first picture to 3 s", b->first_frame_s / FIRST_GOAL},
     };
     const uint32_t count = b->budget_only ? 1 : NG_COUNT(ratios);
@@ -719,5 +793,5 @@ bool bench_neural_ratio(const struct bench_neural *b, uint32_t index, char *name
         *value = b->budget[index].ms / b->frame_ms;
         return true;
     }
-    return product_ratio(&b->products, index - b->stage_count, name, size, value);
+    return bench_paths_ratio(&b->paths, index - b->stage_count, name, size, value);
 }

@@ -2,14 +2,14 @@
 //
 // Two runs over the same frames. The first is the scene as anybody would draw it: frame time, passes, memory.
 // The second redraws every light in every frame and adds passes that draw depth alone; it gives the ratios,
-// which mean the same on any machine, and nothing else.
+// which mean the same on any machine, and nothing else. Each part is printed once it is known.
 #include "bench_net.h"
 #include "bench_neural.h"
+#include "bench_pace.h"
 #include "bench_reference.h"
 #include "commands.h"
 #include "json.h"
 #include "opening.h"
-#include "progress.h"
 #include "scene_file.h"
 
 #include "app/stage.h"
@@ -24,13 +24,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define WARM_UP_FRAMES 4 // pipelines, first uploads, memory that grows
+#define WARM_UP_FRAMES 3 // pipelines, first uploads, memory that grows
 #define MAX_RATIOS     64
 #define NAME_SIZE      192
 
+// Parts of the time that is given, of the two runs; bench_neural.c has the rest.
+#define SHARE_PLAIN  0.12
+#define SHARE_RATIOS 0.08
+
 struct bench {
     const char *scene, *device, *weights;
-    uint32_t frames, threads, method, gbuffer;
+    uint32_t frames, seconds, threads, method, gbuffer;
     struct cli_size size;
     bool budget, reference, net, json;
     uint32_t samples, lights, kernel;
@@ -38,10 +42,10 @@ struct bench {
 };
 
 // What the measurements that stand instead of frames have no use for.
-static const char *const not_with_reference[] = {"--net",    "--frames", "--method",  "--weights",
+static const char *const not_with_reference[] = {"--net",    "--frames", "--seconds", "--method", "--weights",
                                                  "--budget", "--device", "--gbuffer", NULL};
-static const char *const not_with_net[] = {"--method",  "--weights",   "--budget", "--device",
-                                           "--gbuffer", OPENING_NAMES, NULL};
+static const char *const not_with_net[] = {"--method", "--seconds", "--weights",   "--budget",
+                                           "--device", "--gbuffer", OPENING_NAMES, NULL};
 
 static const struct cli_option options[] = {
     CLI_SCENE(struct bench),
@@ -52,7 +56,15 @@ static const struct cli_option options[] = {
      .fallback = "60",
      .min = 1,
      .max = 1e6,
-     .doc = "how many frames to measure, after a few to warm up"},
+     .doc = "how many frames to measure, after a few to warm up; fewer where they take too long"},
+    {.name = "--seconds",
+     .kind = CLI_COUNT,
+     .offset = offsetof(struct bench, seconds),
+     .value = "N",
+     .fallback = "30",
+     .min = 1,
+     .max = 1e6,
+     .doc = "how long all measurements together should take; each is made once at least"},
     CLI_PIXELS(struct bench, "512x512"),
     CLI_METHOD(struct bench, method_bench_option),
     CLI_WEIGHTS(struct bench),
@@ -217,18 +229,17 @@ static ng_result measure_frame(const struct bench *b, struct ng_stage *stage, ui
     return NG_ERROR_MEMORY;
 }
 
-static ng_result measure(const struct bench *b, struct ng_stage *stage, const char *label,
+// `share`: of the time that is given.
+static ng_result measure(const struct bench *b, struct ng_stage *stage, const char *label, double share,
                          struct measurement *m)
 {
-    struct progress progress;
-    progress_begin(&progress, label, b->frames + WARM_UP_FRAMES);
-    ng_result result = NG_OK;
-    for (uint32_t n = 0; n < b->frames + WARM_UP_FRAMES && result == NG_OK; n++) {
-        progress_update(&progress, n);
-        result = measure_frame(b, stage, n, m);
-    }
-    progress_end(&progress);
-    return result;
+    struct bench_pace pace;
+    for (uint32_t n = 0; n < WARM_UP_FRAMES; n++)
+        NG_TRY(measure_frame(b, stage, n, m));
+    bench_pace_begin(&pace, label, b->frames, share * b->seconds);
+    for (uint32_t n = 0; bench_pace_next(&pace, n); n++)
+        NG_TRY(measure_frame(b, stage, WARM_UP_FRAMES + n, m));
+    return NG_OK;
 }
 
 // Sorts the series: what pairs frames comes before.
@@ -269,7 +280,7 @@ static bool add_ratio(struct ratios *r, const char *name, const struct pass *a, 
         double ms = a->gpu_ms.values.items[i], reference = bare->gpu_ms.values.items[i];
         if (b && i < b->gpu_ms.values.count)
             ms += b->gpu_ms.values.items[i];
-        if (reference > 0)
+        if (ms > 0 && reference > 0) // the G-buffer may be no work of the GPU
             ok = ng_array_push(&paired.values, ms / reference);
     }
     if (paired.values.count) {
@@ -324,10 +335,10 @@ static void print_pass(const struct pass *p)
            (unsigned long long)runs(p));
 }
 
-static void print_report(const struct bench *b, const struct report *r)
+static void print_frames(const struct bench *b, const struct report *r)
 {
-    ng_print_line(stdout, "%s, %ux%u, %u frames on %s", ng_path_name(b->scene), b->size.width, b->size.height,
-                  b->frames, r->device);
+    ng_print_line(stdout, "%s, %ux%u, %zu frames on %s", ng_path_name(b->scene), b->size.width,
+                  b->size.height, r->plain.frame_ms.values.count, r->device);
     printf("frame: median %.2f ms, 95 %% below %.2f ms; memory %.0f MiB\n\n", r->frame_median_ms,
            r->frame_p95_ms, r->memory_mib);
     printf("%-40s %10s %10s %8s\n", "pass", "CPU ms", "GPU ms", "runs");
@@ -335,11 +346,14 @@ static void print_report(const struct bench *b, const struct report *r)
     print_pass(&r->plain.extract);
     for (size_t i = 0; i < r->plain.passes.count; i++)
         print_pass(&r->plain.passes.items[i]);
-    if (r->has_neural)
-        bench_neural_print(&r->neural);
-    printf("\n%-40s %10s\n", "GPU time to depth alone, and others", "ratio");
+    fflush(stdout);
+}
+
+static void print_ratios(const struct report *r)
+{
+    printf("\n%-52s %10s\n", "GPU time to depth alone, and others", "ratio");
     for (uint32_t i = 0; i < r->ratios.count; i++)
-        printf("%-40s %10.2f\n", r->ratios.items[i].name, r->ratios.items[i].value);
+        printf("%-52s %10.3f\n", r->ratios.items[i].name, r->ratios.items[i].value);
 }
 
 static void write_pass(struct json *j, const struct pass *p)
@@ -360,7 +374,7 @@ static void write_report(const struct bench *b, const struct report *r)
     json_text(&j, "device", r->device);
     json_number(&j, "width", b->size.width);
     json_number(&j, "height", b->size.height);
-    json_number(&j, "frames", b->frames);
+    json_number(&j, "frames", (double)r->plain.frame_ms.values.count);
     json_object(&j, "frame_ms");
     json_number(&j, "median", r->frame_median_ms);
     json_number(&j, "p95", r->frame_p95_ms);
@@ -419,7 +433,7 @@ static ng_result measure_plain(const struct bench *b, struct report *r)
     opening_apply(&b->opening, &params);
     NG_TRY(open_subject(b, &params, &subject));
     snprintf(r->device, sizeof r->device, "%s", subject.stage->gpu->properties.deviceName);
-    ng_result result = measure(b, subject.stage, "frame", &r->plain);
+    ng_result result = measure(b, subject.stage, "frame", SHARE_PLAIN, &r->plain);
     take_medians(&r->plain);
     r->frame_median_ms = quantile(&r->plain.frame_ms, 0.5);
     r->frame_p95_ms = quantile(&r->plain.frame_ms, 0.95);
@@ -441,7 +455,7 @@ static ng_result measure_ratios(const struct bench *b, struct report *r)
     opening_apply(&b->opening, &params);
     NG_TRY(open_subject(b, &params, &subject));
     struct measurement m = {0};
-    ng_result result = measure(b, subject.stage, "comparison", &m);
+    ng_result result = measure(b, subject.stage, "comparison", SHARE_RATIOS, &m);
     if (!compute_ratios(&m, &r->ratios))
         result = ng_out_of_memory("ratios");
     finish_measurement(&m);
@@ -460,7 +474,9 @@ static struct bench_neural_params neural_params(const struct bench *b)
                                         .width = b->size.width,
                                         .height = b->size.height,
                                         .frames = b->frames,
-                                        .budget = b->budget};
+                                        .seconds = b->seconds,
+                                        .budget = b->budget,
+                                        .silent = b->json};
 }
 
 static void add_neural_ratios(struct report *r)
@@ -486,13 +502,18 @@ static ng_result measure_frames(const struct bench *b)
         result = bench_neural_measure_processes(&neural, &report.neural);
     if (result == NG_OK)
         result = measure_plain(b, &report);
+    if (result == NG_OK && !b->json)
+        print_frames(b, &report);
     if (result == NG_OK && !b->budget)
         result = measure_ratios(b, &report);
     if (result == NG_OK && report.has_neural)
         result = bench_neural_measure(&neural, &report.neural);
     if (result == NG_OK) {
         add_neural_ratios(&report);
-        (b->json ? write_report : print_report)(b, &report);
+        if (b->json)
+            write_report(b, &report);
+        else
+            print_ratios(&report);
     }
     finish_measurement(&report.plain);
     return result;

@@ -138,7 +138,7 @@ static const struct cli_option options[] = {
      .flags = CLI_WRITES,
      .offset = offsetof(struct render, graph),
      .value = "FILE.dot",
-     .doc = "write the render graph of the last frame"},
+     .doc = "write the render graph of the last frame; .txt or .json: with the memory of each resource"},
     CLI_OPENING(struct render),
     CLI_THREADS(struct render),
     CLI_DEVICE(struct render),
@@ -453,9 +453,17 @@ static ng_result render_sequence(struct job *job)
     return result;
 }
 
+static enum ng_dump dump_of(const char *path)
+{
+    const char *extension = ng_path_extension(path);
+    return strcmp(extension, "txt") == 0    ? NG_DUMP_TEXT
+           : strcmp(extension, "json") == 0 ? NG_DUMP_JSON
+                                            : NG_DUMP_DOT;
+}
+
 static ng_result write_graph(struct job *job, const char *path)
 {
-    char *text = ng_graph_dump(ng_renderer_graph(job->stage->renderer), NG_DUMP_DOT);
+    char *text = ng_graph_dump(ng_renderer_graph(job->stage->renderer), dump_of(path));
     if (!text)
         return ng_out_of_memory(path);
     ng_result result = ng_file_write(path, text, strlen(text));
