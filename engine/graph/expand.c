@@ -435,6 +435,21 @@ static void decide_stores(struct ng_graph *g)
     }
 }
 
+// Host copies that no copy to or from the GPU touches: CPU passes hand them on to one another and to whoever
+// reads the frame, so they may share memory, and need none for each frame in flight.
+static void find_cpu_copies(struct ng_graph *g)
+{
+    for (uint32_t i = 0; i < g->plan_resources.count; i++)
+        if (g->plan_resources.items[i].kind == NG_RESOURCE_STAGING)
+            g->plan_resources.items[i].cpu = true;
+    for (uint32_t s = 0; s < g->plan_steps.count; s++) {
+        const struct ng_plan_step *step = &g->plan_steps.items[s];
+        bool copies = step->kind == NG_STEP_DOWNLOAD || step->kind == NG_STEP_UPLOAD;
+        for (uint32_t i = step->first_use; i < step->first_use + step->use_count && copies; i++)
+            g->plan_resources.items[g->plan_uses.items[i].resource].cpu = false;
+    }
+}
+
 // What is exported keeps its memory to the end of the frame.
 static void extend_exports(struct ng_graph *g)
 {
@@ -462,6 +477,7 @@ ng_result graph_expand(struct compile *c)
         NG_TRY(settle(&e, i));
     NG_TRY(expand_final(&e));
     extend_exports(g);
+    find_cpu_copies(g);
     decide_stores(g);
     return NG_OK;
 }

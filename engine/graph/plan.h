@@ -30,7 +30,7 @@ struct ng_plan_resource {
     struct ng_graph_image_params image;   // counts are at least 1
     struct ng_graph_buffer_params buffer; // size: for staging, of the copy
     bool host;                            // in host-visible memory
-    bool cpu;                             // used by CPU passes alone
+    bool cpu;                             // used by CPU passes and readers of the frame alone
     VkImageUsageFlags image_usage;
     VkBufferUsageFlags buffer_usage;
     VkImageLayout initial_layout, final_layout;

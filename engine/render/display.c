@@ -1,8 +1,12 @@
 // The passes "compose", which makes a method's beauty, and "tone map", which makes what is shown of one layer
-// or of two.
+// or of two. Where the device draws on the CPU, and what is shown was made there, the host does the same
+// (display_kernels.h): nothing is copied to the device for it.
 #include "render/display.h"
 
+#include "base/jobs.h"
 #include "base/log.h"
+#include "gpu/device.h"
+#include "render/display_kernels.h"
 #include "render/frame.h"
 #include "render/meter.h"
 #include "render/passes.h"
@@ -151,18 +155,40 @@ static struct ng_gpu_binding texture_or_black(const struct ng_pass_context *ctx,
     return ref.id ? ng_pass_texture(ctx, ref, binding) : ng_scene_gpu_black(scene, binding);
 }
 
-static void read_if_any(struct ng_pass *pass, struct ng_graph_ref ref)
+static void read_if_any(struct ng_pass *pass, struct ng_graph_ref ref, bool on_host)
 {
     if (ref.id)
-        ng_pass_read(pass, ref, NG_USE_SAMPLED);
+        ng_pass_read(pass, ref, on_host ? NG_USE_HOST_READ : NG_USE_SAMPLED);
 }
+
+static struct ng_pass *add_pass(struct ng_graph *g, const char *name, bool on_host, ng_pass_fn run,
+                                const void *data, size_t size)
+{
+    return ng_graph_add_pass(g, &(struct ng_pass_params){.name = name,
+                                                         .kind = on_host ? NG_PASS_CPU : NG_PASS_RASTER,
+                                                         .run = run,
+                                                         .data = data,
+                                                         .data_size = size});
+}
+
+// A map for the kernels, or black for what there is not.
+static struct ng_display_map map_of(const struct ng_pass_context *ctx, struct ng_graph_ref ref)
+{
+    if (!ref.id)
+        return (struct ng_display_map){0};
+    struct ng_graph_memory m = ng_pass_memory(ctx, ref);
+    return m.format == VK_FORMAT_R32G32B32A32_SFLOAT ? (struct ng_display_map){.floats = m.data}
+                                                     : (struct ng_display_map){.halfs = m.data};
+}
+
+#define PIXELS_A_JOB (1u << 14)
 
 // ---- Beauty ----------------------------------------------------------------------------------------------
 
 struct compose_data {
     const struct ng_display *self;
     struct ng_scene_gpu *scene;
-    struct ng_graph_ref direct, indirect, emission;
+    struct ng_graph_ref direct, indirect, emission, beauty;
 };
 
 static ng_result compose(const struct ng_pass_context *ctx)
@@ -174,6 +200,35 @@ static ng_result compose(const struct ng_pass_context *ctx)
     NG_TRY(ng_cmd_bind(ctx->cmd, d->self->compose, bindings, NG_COUNT(bindings)));
     vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
     return NG_OK;
+}
+
+struct sum {
+    struct ng_display_map parts[3];
+    float *out;
+};
+
+static void add_up(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    const struct sum *s = user;
+    NG_UNUSED(worker);
+    ng_display_kernels_of(0)->compose(s->parts, begin, end, s->out);
+}
+
+static ng_result compose_on_host(const struct ng_pass_context *ctx)
+{
+    const struct compose_data *d = ctx->data;
+    const struct ng_graph_memory out = ng_pass_memory(ctx, d->beauty);
+    struct sum sum = {{map_of(ctx, d->direct), map_of(ctx, d->indirect), map_of(ctx, d->emission)}, out.data};
+    ng_jobs_for(ctx->jobs, out.width * out.height, PIXELS_A_JOB, add_up, &sum);
+    return NG_OK;
+}
+
+// Whether the device is a CPU, and both were made by it. Shaders that somebody replaced are looked at.
+static bool is_on_host(const struct ng_frame_info *frame, const struct ng_gbuffer *gbuffer,
+                       const struct ng_radiance *radiance)
+{
+    return frame->gpu->properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU && !frame->gpu->shaders &&
+           gbuffer->on_host && radiance->on_host;
 }
 
 // The beauty of a method, under the names given.
@@ -188,16 +243,15 @@ static struct ng_graph_ref declare_compose(const struct ng_display *self, struct
                                 .scene = frame->scene,
                                 .direct = radiance->direct,
                                 .indirect = radiance->indirect,
-                                .emission = gbuffer->emission};
-    struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = pass_name,
-                                                                         .kind = NG_PASS_RASTER,
-                                                                         .run = compose,
-                                                                         .data = &data,
-                                                                         .data_size = sizeof data});
-    read_if_any(pass, data.direct);
-    read_if_any(pass, data.indirect);
-    ng_pass_read(pass, data.emission, NG_USE_SAMPLED);
-    return ng_pass_write(pass, picture(g, frame, image_name, VK_FORMAT_R32G32B32A32_SFLOAT), NG_USE_COLOR);
+                                .emission = gbuffer->emission,
+                                .beauty = picture(g, frame, image_name, VK_FORMAT_R32G32B32A32_SFLOAT)};
+    bool on_host = is_on_host(frame, gbuffer, radiance);
+    struct ng_pass *pass =
+        add_pass(g, pass_name, on_host, on_host ? compose_on_host : compose, &data, sizeof data);
+    read_if_any(pass, data.direct, on_host);
+    read_if_any(pass, data.indirect, on_host);
+    read_if_any(pass, data.emission, on_host);
+    return ng_pass_write(pass, data.beauty, on_host ? NG_USE_HOST_WRITE : NG_USE_COLOR);
 }
 
 // ---- What is shown ---------------------------------------------------------------------------------------
@@ -217,6 +271,7 @@ struct tonemap_data {
     struct ng_graph_ref exposure; // zero: the number, not what a meter found
     float fixed_exposure;
     struct ng_display_data shown;
+    struct ng_graph_ref display; // written
 };
 
 static ng_result tone_map(const struct ng_pass_context *ctx)
@@ -237,6 +292,31 @@ static ng_result tone_map(const struct ng_pass_context *ctx)
                                               texture_or_black(ctx, d->scene, d->position, 7)};
     NG_TRY(ng_cmd_bind(ctx->cmd, d->self->tonemap, bindings, NG_COUNT(bindings)));
     vkCmdDraw(ctx->cmd->handle, 3, 1, 0, 0);
+    return NG_OK;
+}
+
+static void show(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    ng_display_kernels_of(0)->show(user, begin, end);
+}
+
+static ng_result tone_map_on_host(const struct ng_pass_context *ctx)
+{
+    const struct tonemap_data *d = ctx->data;
+    const struct ng_graph_memory out = ng_pass_memory(ctx, d->display);
+    struct ng_display_picture picture = {.shown = d->shown,
+                                         .exposure = d->fixed_exposure,
+                                         .left = map_of(ctx, d->left.map),
+                                         .left_divisor = map_of(ctx, d->left.divisor),
+                                         .right = map_of(ctx, d->right.map),
+                                         .right_divisor = map_of(ctx, d->right.divisor),
+                                         .position = map_of(ctx, d->position),
+                                         .width = out.width,
+                                         .out = out.data};
+    if (d->exposure.id)
+        memcpy(&picture.exposure, ng_pass_memory(ctx, d->exposure).data, sizeof picture.exposure);
+    ng_jobs_for(ctx->jobs, out.width * out.height, PIXELS_A_JOB, show, &picture);
     return NG_OK;
 }
 
@@ -314,7 +394,8 @@ static void average_sides(const struct ng_display *self, struct ng_composer *com
 
 static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struct ng_composer *composer,
                                             const struct ng_shown *shown, const struct side *left,
-                                            const struct side *right, struct ng_graph_ref exposure)
+                                            const struct side *right, struct ng_graph_ref exposure,
+                                            bool on_host)
 {
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
@@ -335,20 +416,18 @@ static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struc
                                           .comparison = shown->comparison,
                                           .divider = shown->divider * (float)frame->width,
                                           .cell = (float)cell_of(shown),
-                                          .background = {background[0], background[1], background[2]}}};
-    struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "tone map",
-                                                                         .kind = NG_PASS_RASTER,
-                                                                         .run = tone_map,
-                                                                         .data = &data,
-                                                                         .data_size = sizeof data});
-    read_if_any(pass, left->map);
-    read_if_any(pass, left->divisor);
-    read_if_any(pass, right->map);
-    read_if_any(pass, right->divisor);
-    read_if_any(pass, data.position);
+                                          .background = {background[0], background[1], background[2]}},
+                                .display = picture(g, frame, "display", VK_FORMAT_R8G8B8A8_UNORM)};
+    struct ng_pass *pass =
+        add_pass(g, "tone map", on_host, on_host ? tone_map_on_host : tone_map, &data, sizeof data);
+    read_if_any(pass, left->map, on_host);
+    read_if_any(pass, left->divisor, on_host);
+    read_if_any(pass, right->map, on_host);
+    read_if_any(pass, right->divisor, on_host);
+    read_if_any(pass, data.position, on_host);
     if (exposure.id)
-        ng_pass_read(pass, exposure, NG_USE_STORAGE_READ);
-    return ng_pass_write(pass, picture(g, frame, "display", VK_FORMAT_R8G8B8A8_UNORM), NG_USE_COLOR);
+        ng_pass_read(pass, exposure, on_host ? NG_USE_HOST_READ : NG_USE_STORAGE_READ);
+    return ng_pass_write(pass, data.display, on_host ? NG_USE_HOST_WRITE : NG_USE_COLOR);
 }
 
 // ---- The frame -------------------------------------------------------------------------------------------
@@ -388,6 +467,7 @@ ng_result ng_display_declare(struct ng_display *self, struct ng_composer *compos
     out->beauty = declare_compose(self, composer, out->radiance, "compose", "beauty");
     struct side left = make_side(layer, gbuffer, out->radiance, out->beauty),
                 right = {.encoding = left.encoding};
+    bool on_host = is_on_host(frame, gbuffer, out->radiance);
 
     if (shown->comparison) {
         const char *other_method = frame->other_method ? frame->other_method : frame->method;
@@ -398,14 +478,17 @@ ng_result ng_display_declare(struct ng_display *self, struct ng_composer *compos
         if (radiance != out->radiance)
             beauty = declare_compose(self, composer, radiance, "compose:other", "beauty:other");
         right = make_side(layer, gbuffer, radiance, beauty);
+        on_host = on_host && radiance->on_host;
     }
     out->shows[0] = left.complete;
     out->shows[1] = right.complete;
     struct ng_graph_ref exposure = {0};
     if (frame->snapshot->camera.auto_exposure)
         exposure = ng_meter_declare(self->meter, composer, out->radiance, adaptation);
-    if (cell_of(shown) > 1)
+    if (cell_of(shown) > 1) {
         average_sides(self, composer, &left, &right, cell_of(shown));
-    out->color = declare_tone_map(self, composer, shown, &left, &right, exposure);
+        on_host = false; // means are the device's
+    }
+    out->color = declare_tone_map(self, composer, shown, &left, &right, exposure, on_host);
     return NG_OK;
 }

@@ -61,6 +61,7 @@ struct ng_gbuffer {
     struct ng_graph_ref entity;   // R32_UINT: index half of the entity's id
     struct ng_graph_ref depth;    // D32F: reverse-Z; zero where it was not rasterized
     bool lamps;                   // the scene has some (render/snapshot.h)
+    bool on_host;                 // written by passes of the CPU
 };
 extern const struct ng_item_type ng_gbuffer_item; // for consumers
 extern const struct ng_item_type
@@ -88,6 +89,7 @@ struct ng_radiance {
     struct ng_graph_ref unshadowed; // RGBA32F: T_l
     struct ng_graph_ref direct;     // RGBA32F: T_d
     struct ng_graph_ref indirect;   // RGBA32F: T_i
+    bool on_host;                   // written by passes of the CPU
 };
 extern const struct ng_item_type ng_radiance_item;
 

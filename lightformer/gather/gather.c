@@ -1,6 +1,7 @@
-// The network writes planes, the renderer takes images of four channels: one copy in between, on all threads.
-// Where is no surface a network has learned nothing, and whatever it says is no light; nor is what is no
-// finite number. Lamps reflect nothing (render/snapshot.h), and the network knows what is behind them.
+// The network writes planes, which last; the renderer takes images of four channels, made of those planes
+// that a frame asks for, on all threads. Where is no surface a network has learned nothing, and whatever it
+// says is no light; nor is what is no finite number. Lamps reflect nothing (render/snapshot.h), and the
+// network knows what is behind them.
 #include "lightformer/gather/gather.h"
 
 #include "base/array.h"
@@ -62,10 +63,12 @@ uint64_t lf_gather_runs(const struct lf_gather *gather)
 struct pass_data {
     struct lf_gather *self;
     const struct lf_encoded_pixels *pixels;
-    struct ng_graph_ref images[PART_COUNT];
-    struct ng_graph_ref lamps;   // where w is 1 a lamp hides the rest; zero: there is none
     struct ng_graph_ref planes;  // [PART_COUNT][3][height][width], as the network writes them
     struct lf_net_work by_light; // images of the gather for each light
+    // Of the pass that makes an image:
+    int part;
+    struct ng_graph_ref image;
+    struct ng_graph_ref lamps; // where w is 1 a lamp hides the rest; zero: there is none
 };
 
 struct interleave {
@@ -128,53 +131,46 @@ static ng_result run(const struct ng_pass_context *ctx)
     const struct lf_net_picture frame = {.width = d->pixels->width,
                                          .height = d->pixels->height,
                                          .values = lf_pixel_clues_values(d->pixels->clues)};
-    uint32_t pixels = frame.width * frame.height;
+    size_t pixels = (size_t)frame.width * frame.height;
     float *planes = ng_pass_memory(ctx, d->planes).data, *part[PART_COUNT];
     for (size_t i = 0; i < PART_COUNT; i++)
         part[i] = planes + i * 3 * pixels;
     const struct lf_net_radiance out = {part[UNSHADOWED], part[DIRECT], part[INDIRECT]};
     self->runs++;
     lend(ctx, d);
-    NG_TRY(
-        lf_net_gather(self->params.executor, &frame, self->lights.items, (uint32_t)self->lights.count, &out));
+    return lf_net_gather(self->params.executor, &frame, self->lights.items, (uint32_t)self->lights.count,
+                         &out);
+}
+
+static ng_result make_image(const struct ng_pass_context *ctx)
+{
+    const struct pass_data *d = ctx->data;
+    uint32_t pixels = d->pixels->width * d->pixels->height;
+    const float *planes = ng_pass_memory(ctx, d->planes).data;
     atomic_bool wrong = false;
-    for (int i = 0; i < PART_COUNT; i++) {
-        struct interleave job = {.planes = part[i],
-                                 .mask = frame.values->of[LF_INPUT_PIXEL_MASK],
-                                 .lamps = d->lamps.id ? ng_pass_memory(ctx, d->lamps).data : NULL,
-                                 .texels = ng_pass_memory(ctx, d->images[i]).data,
-                                 .size = pixels,
-                                 .wrong = &wrong};
-        ng_jobs_for(self->params.jobs, pixels, 1u << 14, interleave, &job);
-    }
+    lf_lend_pixels(ctx, &d->pixels->buffers, d->pixels->clues);
+    struct interleave job = {.planes = planes + (size_t)d->part * 3 * pixels,
+                             .mask = lf_pixel_clues_values(d->pixels->clues)->of[LF_INPUT_PIXEL_MASK],
+                             .lamps = d->lamps.id ? ng_pass_memory(ctx, d->lamps).data : NULL,
+                             .texels = ng_pass_memory(ctx, d->image).data,
+                             .size = pixels,
+                             .wrong = &wrong};
+    ng_jobs_for(d->self->params.jobs, pixels, 1u << 14, interleave, &job);
     if (wrong)
-        warn(self);
+        warn(d->self);
     return NG_OK;
 }
 
 // ---- A frame ---------------------------------------------------------------------------------------------
 
-static void declare_images(const struct lf_gather *self, struct ng_graph *g, uint32_t width, uint32_t height,
-                           struct ng_graph_ref images[PART_COUNT])
-{
-    const struct ng_graph_image_params params = {
-        .format = VK_FORMAT_R32G32B32A32_SFLOAT, .width = width, .height = height};
-    for (int i = 0; i < PART_COUNT; i++) {
-        char name[64];
-        snprintf(name, sizeof name, "%s/%s", self->params.method, part_names[i]);
-        images[i] = ng_graph_persistent_image(g, name, &params, NULL);
-    }
-}
-
 static void declare_buffers(const struct lf_gather *self, struct ng_graph *g, struct pass_data *data)
 {
     uint32_t width = data->pixels->width, height = data->pixels->height;
     char name[64];
-    declare_images(self, g, width, height, data->images);
     snprintf(name, sizeof name, "%s/planes", self->params.method);
     uint64_t floats = (uint64_t)PART_COUNT * 3 * width * height;
-    data->planes = ng_graph_add_buffer(
-        g, name, &(struct ng_graph_buffer_params){.size = floats * sizeof(float), .scratch = true});
+    data->planes = ng_graph_persistent_buffer(
+        g, name, &(struct ng_graph_buffer_params){.size = floats * sizeof(float)}, NULL);
     uint64_t bytes = self->lights.count * lf_net_picture_bytes(self->params.executor, width, height).gather;
     bool valid = false;
     if (bytes)
@@ -200,11 +196,7 @@ static ng_result list_lights(struct lf_gather *self, struct ng_composer *compose
 static void declare_pass(struct lf_gather *self, struct ng_composer *composer, struct pass_data *data)
 {
     struct ng_graph *g = ng_composer_graph(composer);
-    const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
-    const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
     declare_buffers(self, g, data);
-    if (gbuffer && gbuffer->lamps)
-        data->lamps = gbuffer->emission;
     struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = "gather",
                                                                          .kind = NG_PASS_CPU,
                                                                          .run = run,
@@ -213,10 +205,6 @@ static void declare_pass(struct lf_gather *self, struct ng_composer *composer, s
                                                                          .flags = NG_PASS_ON_DEMAND,
                                                                          .key = data->pixels->powers_key});
     lf_read_pixels(pass, &data->pixels->buffers);
-    // Where lamps are follows from the scene; what they emit does not matter.
-    if (data->lamps.id)
-        ng_pass_read_as(pass, data->lamps, NG_USE_HOST_READ,
-                        ng_key_add(NG_KEY, frame->snapshot->geometry_version));
     if (data->pixels->buffers.parts[LF_PIXEL_EMISSION].id)
         ng_pass_read(pass, data->pixels->buffers.parts[LF_PIXEL_EMISSION], NG_USE_HOST_READ);
     for (size_t i = 0; i < self->embeddings.count; i++) {
@@ -227,11 +215,38 @@ static void declare_pass(struct lf_gather *self, struct ng_composer *composer, s
                 ng_pass_read(pass, refs[k], NG_USE_HOST_READ);
     }
     ng_pass_write(pass, data->pixels->work.memory, NG_USE_HOST_WRITE);
-    ng_pass_write(pass, data->planes, NG_USE_HOST_WRITE);
+    data->planes = ng_pass_write(pass, data->planes, NG_USE_HOST_WRITE);
     if (data->by_light.memory.id)
         ng_pass_write(pass, data->by_light.memory, NG_USE_HOST_WRITE);
-    for (int i = 0; i < PART_COUNT; i++)
-        data->images[i] = ng_pass_write(pass, data->images[i], NG_USE_HOST_WRITE);
+}
+
+static struct ng_graph_ref declare_image(struct ng_composer *composer, const struct pass_data *gathered,
+                                         int part)
+{
+    struct ng_graph *g = ng_composer_graph(composer);
+    const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
+    struct pass_data data = *gathered;
+    char name[64];
+    snprintf(name, sizeof name, "%s/%s", data.self->params.method, part_names[part]);
+    data.part = part;
+    data.image = ng_graph_add_image(g, name,
+                                    &(struct ng_graph_image_params){.format = VK_FORMAT_R32G32B32A32_SFLOAT,
+                                                                    .width = data.pixels->width,
+                                                                    .height = data.pixels->height});
+    if (gbuffer && gbuffer->lamps)
+        data.lamps = gbuffer->emission;
+    struct ng_pass *pass = ng_graph_add_pass(g, &(struct ng_pass_params){.name = name,
+                                                                         .kind = NG_PASS_CPU,
+                                                                         .run = make_image,
+                                                                         .data = &data,
+                                                                         .data_size = sizeof data,
+                                                                         .flags = NG_PASS_ON_DEMAND,
+                                                                         .key = NG_KEY});
+    ng_pass_read(pass, data.planes, NG_USE_HOST_READ);
+    lf_read_pixels(pass, &data.pixels->buffers);
+    if (data.lamps.id)
+        ng_pass_read(pass, data.lamps, NG_USE_HOST_READ);
+    return ng_pass_write(pass, data.image, NG_USE_HOST_WRITE);
 }
 
 static ng_result consume(struct ng_composer *composer, void *user)
@@ -243,9 +258,10 @@ static ng_result consume(struct ng_composer *composer, void *user)
     NG_TRY(list_lights(self, composer));
     declare_pass(self, composer, &data);
     struct ng_radiance radiance = {.method = self->params.method,
-                                   .unshadowed = data.images[UNSHADOWED],
-                                   .direct = data.images[DIRECT],
-                                   .indirect = data.images[INDIRECT]};
+                                   .unshadowed = declare_image(composer, &data, UNSHADOWED),
+                                   .direct = declare_image(composer, &data, DIRECT),
+                                   .indirect = declare_image(composer, &data, INDIRECT),
+                                   .on_host = true};
     return ng_composer_publish(composer, &ng_radiance_item, &radiance);
 }
 

@@ -2,9 +2,9 @@
 // (paper, section 5).
 //
 // Consumes lf_encoded_pixels_item and the list of lf_embedding_item (lightformer/encode/encoder.h), publishes
-// ng_radiance_item (render/frame.h). Two passes: "gather" on the host, and the graph's upload of its images
-// "<method>/unshadowed", "<method>/direct", "<method>/indirect". Where neither clues, encodings nor powers
-// changed, the last images stay. No light gives black.
+// ng_radiance_item (render/frame.h). The pass "gather" makes planes, which stay where neither clues,
+// encodings nor powers changed; "<method>/unshadowed", "<method>/direct" and "<method>/indirect" make images
+// of them where a frame asks for these. All run on the host. No light gives black.
 #ifndef LF_GATHER_GATHER_H
 #define LF_GATHER_GATHER_H
 

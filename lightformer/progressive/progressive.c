@@ -309,7 +309,8 @@ static ng_result consume(struct ng_composer *composer, void *user)
     struct ng_radiance radiance = {.method = METHOD,
                                    .unshadowed = data.images[UNSHADOWED],
                                    .direct = data.images[DIRECT],
-                                   .indirect = data.images[INDIRECT]};
+                                   .indirect = data.images[INDIRECT],
+                                   .on_host = true};
     return ng_composer_publish(composer, &ng_radiance_item, &radiance);
 }
 

@@ -103,6 +103,7 @@ static ng_result produce(struct ng_composer *composer, void *user)
     if (!data.rays || !draws(data.self, data.frame))
         return NG_OK;
     data.images.lamps = ng_snapshot_has_lamps(data.frame->snapshot);
+    data.images.on_host = true;
     add_pass(ng_composer_graph(composer), "gbuffer", &data);
     return ng_composer_publish(composer, &ng_gbuffer_behind_lamps_item, &data.images);
 }

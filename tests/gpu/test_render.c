@@ -16,6 +16,7 @@
 #include "components/light_spot.h"
 #include "gpu/frame.h"
 #include "graph/graph.h"
+#include "render/display_kernels.h"
 #include "render/renderer.h"
 #include "shaders/shared/brdf.h"
 #include "shaders/shared/tonemap.h"
@@ -824,6 +825,113 @@ static void where_nothing_is_seen_the_background_is_shown(void **state)
     }
 }
 
+// ---- The display on the host -----------------------------------------------------------------------------
+
+static struct ng_display_map map_of(struct stage *s, const char *resource)
+{
+    struct ng_graph_memory m;
+    assert_int_equal(ng_graph_readback_get(ng_renderer_graph(s->renderer), resource, &m), NG_OK);
+    return m.format == VK_FORMAT_R32G32B32A32_SFLOAT ? (struct ng_display_map){.floats = m.data}
+                                                     : (struct ng_display_map){.halfs = m.data};
+}
+
+// A layer as the device shows it, beside what the kernels make of the same resources; in parts that are no
+// multiples of their lanes.
+static void assert_host_shows(struct stage *s, const char *left, const char *left_divisor, const char *right,
+                              struct ng_display_data shown)
+{
+    static uint8_t ours[SIZE * SIZE * 4], first[SIZE * SIZE * 4];
+    const uint8_t *rgba;
+    uint32_t width, height;
+    draw(s);
+    assert_int_equal(ng_renderer_display(s->renderer, &rgba, &width, &height), NG_OK);
+    const struct ng_display_picture picture = {.shown = shown,
+                                               .exposure = s->snapshot.camera.exposure,
+                                               .left = map_of(s, left),
+                                               .left_divisor = left_divisor ? map_of(s, left_divisor)
+                                                                            : (struct ng_display_map){0},
+                                               .right = right ? map_of(s, right) : (struct ng_display_map){0},
+                                               .position = map_of(s, "gbuffer/position"),
+                                               .width = SIZE,
+                                               .out = ours};
+    const struct ng_display_kernels *k;
+    for (uint32_t set = 0; (k = ng_display_kernels_of(set)); set++) {
+        memset(ours, 1, sizeof ours);
+        k->show(&picture, 0, 7);
+        k->show(&picture, 7, 1000);
+        k->show(&picture, 1000, SIZE * SIZE);
+        for (uint32_t i = 0; i < SIZE * SIZE * 4; i++)
+            if (abs(ours[i] - rgba[i]) > 1)
+                fail_msg("%s: byte %u is %u, and %u on the device", left, i, ours[i], rgba[i]);
+        if (set)
+            assert_memory_equal(ours, first, sizeof ours);
+        memcpy(first, ours, sizeof ours);
+    }
+}
+
+static void the_host_shows_what_the_device_shows(void **state)
+{
+    static const char *const resources[] = {
+        "gbuffer/position",  "gbuffer/diffuse",  "gbuffer/normal", "raster/direct",
+        "raster/unshadowed", "gbuffer/emission", "beauty"};
+    struct stage *s = *state;
+    struct ng_shown *shown = &s->render.shown;
+    s->render.resources = resources;
+    s->render.resource_count = NG_COUNT(resources);
+    s->materials[0].roughness = 0.25f;
+    s->materials[0].base_color[1] = 0.1f;
+    s->snapshot.camera.exposure = 3; // white in the middle, dark in corners
+    memcpy(s->snapshot.camera.background, (const float[]){0.1f, 0.2f, 0.3f}, 3 * sizeof(float));
+    s->snapshot.instance_count = 5; // a wall is open
+    const float lit[3] = {0, 0.6f, -0.5f}, up[3] = {0, 0, 1};
+    add_quad(s, 1, lit, up, 0.3f);
+    add_point(s, 0.5f, 0, 0, 7);
+    struct ng_display_data data = {.encoding = NG_SHOWN_BEAUTY, .background = {0.1f, 0.2f, 0.3f}};
+    assert_host_shows(s, "beauty", NULL, NULL, data);
+    shown->layer = "direct";
+    data.encoding = NG_SHOWN_RADIANCE;
+    assert_host_shows(s, "raster/direct", NULL, NULL, data);
+    shown->layer = "shadow";
+    data.encoding = NG_SHOWN_RATIO;
+    assert_host_shows(s, "raster/direct", "raster/unshadowed", NULL, data);
+    shown->layer = "roughness";
+    data.encoding = NG_SHOWN_W;
+    assert_host_shows(s, "gbuffer/normal", NULL, NULL, data);
+    shown->layer = "normal";
+    data.encoding = NG_SHOWN_DIRECTION;
+    assert_host_shows(s, "gbuffer/normal", NULL, NULL, data);
+    shown->layer = "albedo";
+    data.encoding = NG_SHOWN_PLAIN;
+    assert_host_shows(s, "gbuffer/diffuse", NULL, NULL, data);
+    shown->other_layer = "beauty";
+    shown->divider = 0.3f;
+    shown->comparison = data.comparison = NG_COMPARE_SPLIT;
+    data.divider = 0.3f * SIZE;
+    data.other_encoding = NG_SHOWN_BEAUTY;
+    assert_host_shows(s, "gbuffer/diffuse", NULL, "beauty", data);
+    shown->comparison = data.comparison = NG_COMPARE_DIFFERENCE;
+    assert_host_shows(s, "gbuffer/diffuse", NULL, "beauty", data);
+}
+
+static void the_host_adds_up_what_the_device_adds_up(void **state)
+{
+    static const char *const resources[] = {"raster/direct", "gbuffer/emission", "beauty"};
+    static float ours[SIZE * SIZE * 4];
+    struct stage *s = *state;
+    s->render.resources = resources;
+    s->render.resource_count = NG_COUNT(resources);
+    add_point(s, 0.5f, 0, 0, 7);
+    draw(s);
+    const struct ng_display_map parts[3] = {map_of(s, "raster/direct"), {0}, map_of(s, "gbuffer/emission")};
+    const struct ng_display_kernels *k;
+    for (uint32_t set = 0; (k = ng_display_kernels_of(set)); set++) {
+        memset(ours, 1, sizeof ours);
+        k->compose(parts, 0, 5, ours);
+        k->compose(parts, 5, SIZE * SIZE, ours);
+        assert_memory_equal(ours, map_of(s, "beauty").floats, sizeof ours);
+    }
+}
+
 // Same scene, other flags: the same bytes.
 static void pictures_do_not_depend_on_culling_or_aliasing(void **state)
 {
@@ -1129,6 +1237,8 @@ int main(void)
         T(exposure_adapts_to_what_is_seen),
         T(where_nothing_is_seen_the_background_is_shown),
         T(any_layer_can_be_shown_and_compared),
+        T(the_host_shows_what_the_device_shows),
+        T(the_host_adds_up_what_the_device_adds_up),
         cmocka_unit_test(frames_of_new_numbers_compile_no_shader),
         cmocka_unit_test(pictures_do_not_depend_on_culling_or_aliasing),
         T(cascades_keep_shadows_sharp_in_large_scenes),
