@@ -59,7 +59,8 @@ static void load(const struct ng_display_map *map, size_t first, int count, stru
 
 // ---- Arithmetic ------------------------------------------------------------------------------------------
 
-// x^(1/2.4) of 0.003 to 1, within 2e-6 of it: by the logarithm, in two halves of the mantissa's range.
+// x^(1/2.4) of 0.003 to 1, within 2e-6 of it, and of less some small number: by the logarithm, in two halves
+// of the mantissa's range.
 static inline float root(float x)
 {
     uint32_t bits = ng_float_bits(x), above = (bits & 0x7fffffu) > 0x3504f3u; // the root of 2
@@ -67,7 +68,7 @@ static inline float root(float x)
     float m = ng_float_of_bits((bits & 0x7fffffu) | (127u - above) << 23); // 0.7 to 1.4
     float t = (m - 1) / (m + 1), s = t * t;
     float log2 = t * (2.88539008f + s * (0.961796694f + s * (0.577078016f + s * 0.412198583f))) + exponent;
-    float y = log2 * (1 / 2.4f); // at least -3.5
+    float y = log2 * (1 / 2.4f); // not positive
     float whole = (float)(int32_t)(y - 0.5f), f = y - whole;
     float power =
         1 + f * (0.693147181f +
@@ -75,11 +76,12 @@ static inline float root(float x)
     return power * ng_float_of_bits((uint32_t)((int32_t)whole + 127) << 23);
 }
 
+// Of 0 to 1.
 static inline float srgb(float x)
 {
-    x = x > 0 ? smaller(x, 1) : 0;
-    float curve = 1.055f * root(larger(x, 0.003f)) - 0.055f;
-    return x <= 0.0031308f ? 12.92f * x : curve;
+    float line = 12.92f * x, curve = 1.055f * root(x) - 0.055f;
+    uint32_t curved = 0u - (uint32_t)(x > 0.0031308f); // all bits; a choice would become a branch
+    return ng_float_of_bits((ng_float_bits(curve) & curved) | (ng_float_bits(line) & ~curved));
 }
 
 static void expose(const struct texels *t, const float position[LANES], bool beauty, float exposure,
@@ -122,22 +124,24 @@ static void encode(const struct ng_display_picture *p, uint32_t encoding, const 
     bool background = beauty && ((b[0] > 0) | (b[1] > 0) | (b[2] > 0));
     if (encoding == NG_SHOWN_DIRECTION)
         return;
-    float plain[LANES], peak[LANES], toe[LANES];
+    // Where the position's w is 0 the background, and where it is negative what is unlit, is shown as it is.
+    float w[LANES], peak[LANES], toe[LANES];
+    FOR_EACH w[i] = beauty ? (background | (position[i] < 0) ? position[i] : 1) : radiance ? 1 : -1;
+    for (int c = 0; c < 3 && background; c++)
+        FOR_EACH x->of[c][i] = w[i] == 0 ? b[c] : x->of[c][i];
     FOR_EACH
     {
-        bool none = background & (position[i] == 0);
-        for (int c = 0; c < 3; c++)
-            x->of[c][i] = none ? b[c] : x->of[c][i];
-        plain[i] = !radiance | none | (beauty & (position[i] < 0)) ? 1 : 0;
         peak[i] = larger(x->of[0][i], larger(x->of[1][i], x->of[2][i]));
         toe[i] = smaller(x->of[0][i], smaller(x->of[1][i], x->of[2][i]));
     }
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 3; c++) {
         FOR_EACH
         {
             float value = x->of[c][i], mapped = ng_tonemap(value, peak[i], toe[i]);
-            x->of[c][i] = srgb(plain[i] > 0 ? value : mapped);
+            x->of[c][i] = smaller(larger(w[i] > 0 ? mapped : value, 0), 1);
         }
+        FOR_EACH x->of[c][i] = srgb(x->of[c][i]);
+    }
 }
 
 // As difference of the shader.
@@ -167,7 +171,7 @@ static void store(const struct colors *x, int count, uint8_t *out)
     {
         for (int c = 0; c < 3; c++) {
             float value = x->of[c][i];
-            bytes[i * 4 + c] = (uint8_t)((value > 0 ? smaller(value, 1) : 0) * 255 + 0.5f);
+            bytes[i * 4 + c] = (uint8_t)(smaller(larger(value, 0), 1) * 255 + 0.5f);
         }
         bytes[i * 4 + 3] = 255;
     }

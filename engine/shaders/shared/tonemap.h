@@ -15,20 +15,18 @@
 #endif
 
 // One channel of a linear colour (exposure applied, not negative); `peak` and `toe` are the largest and the
-// smallest of the three channels.
+// smallest of the three channels. Without branches, so that C compilers take many at once.
 NG_TONEMAP_FN ng_tonemap(float x, float peak, float toe)
 {
     const float start = 0.8f - 0.04f, desaturation = 0.15f;
     float offset = toe < 0.08f ? toe - 6.25f * toe * toe : 0.04f;
     x -= offset;
-    peak -= offset;
-    if (peak < start)
-        return x;
+    float bright = peak - offset < start ? start : peak - offset;
     float d = 1.0f - start;
-    float compressed = 1.0f - d * d / (peak + d - start);
-    x *= compressed / peak;
-    float g = 1.0f - 1.0f / (desaturation * (peak - compressed) + 1.0f);
-    return x * (1.0f - g) + compressed * g;
+    float compressed = 1.0f - d * d / (bright + d - start);
+    float scaled = x * (compressed / bright);
+    float g = 1.0f - 1.0f / (desaturation * (bright - compressed) + 1.0f);
+    return peak - offset < start ? x : scaled * (1.0f - g) + compressed * g;
 }
 
 // Linear 0..1 to sRGB 0..1 (IEC 61966-2-1).
