@@ -21,7 +21,9 @@ static ng_result create_parts(struct lf_neural *n, const struct lf_neural_params
 {
     NG_TRY(lf_net_load(p->weights, &n->net));
     NG_TRY(lf_net_executor_create(
-        &(struct lf_net_executor_params){.net = n->net, .jobs = p->jobs, .kernel = p->kernel}, &n->executor));
+        &(struct lf_net_executor_params){
+            .net = n->net, .jobs = p->jobs, .kernel = p->kernel, .compact = true},
+        &n->executor));
     NG_TRY(lf_encoder_create(&(struct lf_encoder_params){.net = n->net,
                                                          .executor = n->executor,
                                                          .jobs = p->jobs,

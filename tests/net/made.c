@@ -199,6 +199,8 @@ static void encode(struct lf_net_executor *executor, struct made_scene *s, uint3
         OK(lf_net_encode_view(executor, *out, &frame, &s->light[light]));
 }
 
+bool made_compact;
+
 struct made_picture made_run(const struct lf_net *net, const struct made_scene *s, enum lf_net_kernel kernel,
                              uint32_t threads, bool again)
 {
@@ -208,7 +210,9 @@ struct made_picture made_run(const struct lf_net *net, const struct made_scene *
     struct made_scene scene = *s;
     struct ng_jobs *jobs;
     OK(ng_jobs_create(&(struct ng_jobs_params){threads}, &jobs));
-    OK(lf_net_executor_create(&(struct lf_net_executor_params){net, jobs, kernel}, &executor));
+    OK(lf_net_executor_create(
+        &(struct lf_net_executor_params){.net = net, .jobs = jobs, .kernel = kernel, .compact = made_compact},
+        &executor));
     for (uint32_t l = 0; l < s->lights; l++) {
         encode(executor, &scene, l, again, &encodings[l]);
         gathered[l] = (struct lf_net_gathered){encodings[l], &scene.light[l]};

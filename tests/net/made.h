@@ -37,6 +37,7 @@ void made_picture_finish(struct made_picture *p);
 // Encodes all lights and gathers. `again`: encodes the views twice, gathers twice.
 struct made_picture made_run(const struct lf_net *net, const struct made_scene *s, enum lf_net_kernel kernel,
                              uint32_t threads, bool again);
+extern bool made_compact; // the next runs are (struct lf_net_executor_params)
 // By definition. `program` as the file has it.
 struct made_picture made_naive(const char *program, const char *weights, const struct made_scene *s);
 

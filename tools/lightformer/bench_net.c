@@ -90,7 +90,8 @@ static ng_result open_session(struct session *s)
     NG_TRY(lf_net_load(s->params->network, &s->net));
     NG_TRY(ng_jobs_create(&(struct ng_jobs_params){s->params->threads}, &s->jobs));
     NG_TRY(lf_net_executor_create(
-        &(struct lf_net_executor_params){s->net, s->jobs, (enum lf_net_kernel)s->params->kernel},
+        &(struct lf_net_executor_params){
+            .net = s->net, .jobs = s->jobs, .kernel = (enum lf_net_kernel)s->params->kernel, .compact = true},
         &s->executor));
     NG_TRY(make_inputs(s));
     return make_lights(s);

@@ -198,7 +198,9 @@ static ng_result run_network(const struct net *n, const struct lf_net *net)
     ng_result result = ng_jobs_create(&(struct ng_jobs_params){n->threads}, &jobs);
     if (result == NG_OK)
         result = lf_net_executor_create(
-            &(struct lf_net_executor_params){net, jobs, (enum lf_net_kernel)n->kernel}, &executor);
+            &(struct lf_net_executor_params){
+                .net = net, .jobs = jobs, .kernel = (enum lf_net_kernel)n->kernel},
+            &executor);
     if (result == NG_OK)
         result = read_inputs(n->inputs, &in);
     if (result == NG_OK)

@@ -528,7 +528,7 @@ ng_result lf_net_executor_create(const struct lf_net_executor_params *params, st
     e->net = params->net;
     e->jobs = params->jobs;
     e->kernel = kernel;
-    ng_result result = lf_plan_init(&e->plan, e->net, kernel);
+    ng_result result = lf_plan_init(&e->plan, e->net, kernel, params->compact);
     if (result == NG_OK)
         result = make_memory(e);
     if (result == NG_OK)
@@ -614,13 +614,25 @@ void lf_net_encoding_lend_light(struct lf_net_encoding *encoding, void *vectors)
     encoding->vectors = vectors;
 }
 
-// One of two bf16 that share a word, or all of it.
-static float channel_of(uint32_t word, uint32_t group, uint32_t channel)
+// One of two numbers that share a word, bf16 or compact, or all of it.
+static float channel_of(uint32_t word, const struct lf_plan *plan, bool compact, uint32_t channel)
 {
-    uint32_t bits = group == 1 ? word : channel % 2 ? word & 0xffff0000u : word << 16;
+    uint32_t bits = compact            ? lf_compact_bits(channel % 2 ? word >> 16 : word & 0xffffu)
+                    : plan->group == 1 ? word
+                    : channel % 2      ? word & 0xffff0000u
+                                       : word << 16;
     float value;
     memcpy(&value, &bits, sizeof value);
     return value;
+}
+
+static bool is_compact(const struct lf_plan *plan, uint32_t slot)
+{
+    bool compact = false;
+    for (size_t i = 0; i < plan->images.count; i++)
+        if (plan->images.items[i].owner == LF_IMAGE_ENCODING && plan->images.items[i].slot == slot)
+            compact = plan->images.items[i].compact;
+    return compact;
 }
 
 bool lf_net_encoding_image(const struct lf_net_encoding *encoding, uint32_t index, uint32_t *width,
@@ -630,7 +642,9 @@ bool lf_net_encoding_image(const struct lf_net_encoding *encoding, uint32_t inde
     if (!encoding->has_view || index >= store->images.count)
         return false;
     const struct lf_image *image = &store->images.items[index].image;
-    uint32_t group = encoding->executor->plan.group;
+    const struct lf_plan *plan = &encoding->executor->plan;
+    bool compact = is_compact(plan, index);
+    uint32_t group = compact ? 2 : plan->group;
     *width = image->width;
     *height = image->height;
     *channels = image->channels;
@@ -638,7 +652,7 @@ bool lf_net_encoding_image(const struct lf_net_encoding *encoding, uint32_t inde
         for (uint32_t y = 0; y < image->height; y++) {
             const uint32_t *row = lf_image_at(image, y, c / group);
             for (uint32_t x = 0; x < image->width; x++)
-                *out++ = channel_of(row[x], group, c);
+                *out++ = channel_of(row[x], plan, compact, c);
         }
     return true;
 }

@@ -41,6 +41,8 @@ static void find_lives(const struct lf_plan *plan, struct life *lives)
 static bool has_spare_rows(const struct lf_plan *plan, const struct lf_image_plan *image)
 {
     uint32_t channels = plan->net->values.items[image->value].channels;
+    if (image->compact)
+        return false;
     return image->rows != (channels + plan->group - 1) / plan->group;
 }
 
@@ -68,6 +70,62 @@ static bool is_free(const struct lf_plan *plan, const struct life *lives, size_t
     return true;
 }
 
+// Rows of the largest image that has the slot so far.
+static uint32_t rows_of_slot(const struct lf_plan *plan, size_t images, uint32_t slot)
+{
+    uint32_t rows = 0;
+    for (size_t i = 0; i < images; i++) {
+        const struct lf_image_plan *p = &plan->images.items[i];
+        if (p->owner == LF_IMAGE_SHARED && p->slot == slot && p->rows > rows)
+            rows = p->rows;
+    }
+    return rows;
+}
+
+// The free slot that has to grow least, of those the smallest; or a new one, if that takes less.
+static uint32_t find_slot(const struct lf_plan *plan, const struct life *lives, size_t image)
+{
+    uint32_t rows = plan->images.items[image].rows, count = plan->image_counts[LF_IMAGE_SHARED], best = count,
+             least_growth = rows, least_waste = 0;
+    for (uint32_t slot = 0; slot < count; slot++) {
+        uint32_t there = rows_of_slot(plan, image, slot), growth = rows > there ? rows - there : 0,
+                 waste = there > rows ? there - rows : 0;
+        bool better = growth < least_growth || (growth == least_growth && waste < least_waste);
+        if (!better || !is_free(plan, lives, image, slot))
+            continue;
+        best = slot;
+        least_growth = growth;
+        least_waste = waste;
+    }
+    return best;
+}
+
+// Products and resampling look into an image at words that have a channel each.
+static bool is_of_whole_rows(const struct lf_plan *plan, size_t image)
+{
+    for (size_t c = 0; c < plan->codes.count; c++) {
+        const struct lf_code *code = &plan->codes.items[c];
+        bool whole = code->kind == LF_CODE_LOAD_IMAGE || code->kind == LF_CODE_STORE_IMAGE ||
+                     code->kind == LF_CODE_STORE_PACKED;
+        if (code->image == image && !whole)
+            return false;
+    }
+    return true;
+}
+
+void lf_plan_compact_images(struct lf_plan *plan)
+{
+    for (size_t i = 0; i < plan->images.count; i++) {
+        struct lf_image_plan *image = &plan->images.items[i];
+        const struct lf_value *value = &plan->net->values.items[image->value];
+        if (image->owner == LF_IMAGE_LOCAL || plan->group > 1 || lf_is_rows(value->domain) ||
+            !is_of_whole_rows(plan, i))
+            continue;
+        image->compact = true;
+        image->rows = (value->channels + 1) / 2;
+    }
+}
+
 bool lf_plan_share_images(struct lf_plan *plan)
 {
     struct life *lives = calloc(plan->images.count + 1, sizeof *lives);
@@ -80,9 +138,7 @@ bool lf_plan_share_images(struct lf_plan *plan)
         if (image->owner != LF_IMAGE_SHARED)
             continue;
         image->first = lives[i].begin;
-        image->slot = 0;
-        while (!is_free(plan, lives, i, image->slot))
-            image->slot++;
+        image->slot = find_slot(plan, lives, i);
         if (image->slot == plan->image_counts[LF_IMAGE_SHARED])
             plan->image_counts[LF_IMAGE_SHARED]++;
     }

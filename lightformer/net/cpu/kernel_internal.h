@@ -74,6 +74,19 @@ struct lf_attend_call {
     float *largest, *total; // softmax: a row a head
 };
 
+// Compact numbers have 16 bits: a sign, 6 of the exponent, 9 of the mantissa. So they are within 0.1 % from
+// 5e-10 to 8e9, which is more than what halfs reach. What is less is 0, what is more is infinite. Images may
+// be kept so where products are fp32.
+#define LF_COMPACT_LEAST (96u << 9)
+
+static inline uint32_t lf_compact_bits(uint32_t half)
+{
+    uint32_t q = half & 0x7fffu, magnitude = (q + LF_COMPACT_LEAST) << 14;
+    magnitude = q ? magnitude : 0;
+    magnitude = q == 0x7fffu ? 0x7f800000u : magnitude;
+    return magnitude | (half & 0x8000u) << 16;
+}
+
 struct lf_kernel {
     enum lf_net_kernel id;
     uint32_t group;
@@ -89,6 +102,9 @@ struct lf_kernel {
     // `rows` fp32 rows to packed ones; null: zeros.
     void (*pack)(const float *const *rows, uint32_t count, uint32_t width, uint32_t *out);
     void (*unpack)(const uint32_t *packed, size_t stride, uint32_t channels, uint32_t width, float *out);
+    // One or two fp32 rows to a row of compact pairs (null: there is no second), and back.
+    void (*compact)(const float *low, const float *high, uint32_t width, uint32_t *out);
+    void (*expand)(const uint32_t *compact, size_t stride, uint32_t channels, uint32_t width, float *out);
     void (*pairwise)(const struct lf_pairwise_call *call);
     void (*each)(const struct lf_each_call *call);
     void (*dot)(const float *a, const float *b, uint32_t channels, uint32_t width, float *out);

@@ -481,13 +481,16 @@ static void finish(struct lf_planner *p)
     lf_planner_finish_segments(p);
 }
 
-ng_result lf_plan_init(struct lf_plan *plan, const struct lf_net *net, const struct lf_kernel *kernel)
+ng_result lf_plan_init(struct lf_plan *plan, const struct lf_net *net, const struct lf_kernel *kernel,
+                       bool compact)
 {
     struct lf_planner planner = {.plan = plan, .net = net, .kernel = kernel};
     *plan = (struct lf_plan){.net = net, .group = kernel->group};
     bool ok = prepare(&planner);
     for (uint32_t i = 0; ok && i < LF_STAGE_COUNT; i++)
         ok = plan_stage(&planner, (enum lf_stage)i);
+    if (ok && compact)
+        lf_plan_compact_images(plan);
     ok = ok && lf_plan_share_images(plan);
     finish(&planner);
     if (ok)

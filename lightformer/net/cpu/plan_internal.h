@@ -101,6 +101,7 @@ struct lf_image_plan {
     uint32_t value, rows, slot; // slot: number among those of its owner; shared ones may have the same
     uint32_t first;             // of a shared one: the segment from which on its slot is its own
     enum lf_image_owner owner;
+    bool compact; // pairs of channels (kernel_internal.h), whatever the kernel's products read
 };
 
 struct lf_plan {
@@ -122,8 +123,10 @@ struct lf_plan {
 };
 
 NG_NODISCARD ng_result lf_plan_init(struct lf_plan *plan, const struct lf_net *net,
-                                    const struct lf_kernel *kernel);
+                                    const struct lf_kernel *kernel, bool compact);
 void lf_plan_finish(struct lf_plan *plan);
+// Makes those compact that are stored and loaded as a whole, but for those that stay in a core's cache.
+void lf_plan_compact_images(struct lf_plan *plan);
 // Gives shared images their slots; false: out of memory.
 bool lf_plan_share_images(struct lf_plan *plan);
 

@@ -116,11 +116,28 @@ static void spread(const struct tile *t, const struct lf_code *code)
             out[x] = vector[c];
 }
 
+static bool is_compact(const struct tile *t, const struct lf_code *code)
+{
+    return t->run->executor->plan.images.items[code->image].compact;
+}
+
 static void load_image(const struct tile *t, const struct lf_code *code)
 {
+    const struct lf_kernel *kernel = t->run->executor->kernel;
     const struct lf_image *image = image_at(t, code->image);
-    t->run->executor->kernel->unpack(lf_image_at(image, t->y, 0) + t->x, image->stride, code->channels,
-                                     t->width, rows_at(t, code->out));
+    (is_compact(t, code) ? kernel->expand : kernel->unpack)(lf_image_at(image, t->y, 0) + t->x, image->stride,
+                                                            code->channels, t->width, rows_at(t, code->out));
+}
+
+// Rows of fp32, which packed ones are too where images are compact.
+static void store_compact(const struct tile *t, const struct lf_code *code, const float *in)
+{
+    const struct lf_image *image = image_at(t, code->image);
+    uint32_t pairs[LF_ROW];
+    for (uint32_t c = 0; c < code->channels; c += 2, in += (size_t)2 * LF_ROW) {
+        t->run->executor->kernel->compact(in, c + 1 < code->channels ? in + LF_ROW : NULL, t->width, pairs);
+        memcpy(lf_image_at(image, t->y, c / 2) + t->x, pairs, t->valid * sizeof *pairs);
+    }
 }
 
 static void load_packed(const struct tile *t, const struct lf_code *code)
@@ -136,6 +153,10 @@ static void store_packed(const struct tile *t, const struct lf_code *code)
 {
     const struct lf_image *image = image_at(t, code->image);
     const uint32_t *in = packed_at(t, code->packed);
+    if (is_compact(t, code)) {
+        store_compact(t, code, rows_at(t, code->packed));
+        return;
+    }
     for (uint32_t row = 0; row < code->rows; row++, in += LF_ROW)
         memcpy(lf_image_at(image, t->y, row) + t->x, in, t->valid * sizeof *in);
 }
@@ -146,6 +167,10 @@ static void store_image(const struct tile *t, const struct lf_code *code)
     const struct lf_image *image = image_at(t, code->image);
     const float *in = rows_at(t, code->a);
     uint32_t packed[LF_ROW];
+    if (is_compact(t, code)) {
+        store_compact(t, code, in);
+        return;
+    }
     for (uint32_t row = 0; row < code->rows; row++) {
         const float *rows[2] = {in + (size_t)row * group * LF_ROW, in + ((size_t)row * group + 1) * LF_ROW};
         uint32_t count = code->channels - row * group;
