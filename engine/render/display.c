@@ -223,12 +223,11 @@ static ng_result compose_on_host(const struct ng_pass_context *ctx)
     return NG_OK;
 }
 
-// Whether the device is a CPU, and both were made by it. Shaders that somebody replaced are looked at.
+// Whether the device is a CPU, and both were made on the host. Shaders that somebody replaced are looked at.
 static bool is_on_host(const struct ng_frame_info *frame, const struct ng_gbuffer *gbuffer,
                        const struct ng_radiance *radiance)
 {
-    return frame->gpu->properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU && !frame->gpu->shaders &&
-           gbuffer->on_host && radiance->on_host;
+    return gbuffer->on_host && radiance->on_host && !frame->gpu->shaders;
 }
 
 // The beauty of a method, under the names given.

@@ -61,7 +61,7 @@ struct ng_gbuffer {
     struct ng_graph_ref entity;   // R32_UINT: index half of the entity's id
     struct ng_graph_ref depth;    // D32F: reverse-Z; zero where it was not rasterized
     bool lamps;                   // the scene has some (render/snapshot.h)
-    bool on_host;                 // written by passes of the CPU
+    bool on_host;                 // written by passes of the CPU, for a device that draws there
 };
 extern const struct ng_item_type ng_gbuffer_item; // for consumers
 extern const struct ng_item_type

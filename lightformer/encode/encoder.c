@@ -11,8 +11,13 @@
 #include <string.h>
 
 // Floats a pixel besides inputs and images of the network. Of the device: G-buffer, images of radiance, what
-// is composed of them, and their copies, 74; radiance as the network writes it, 9.
-#define FLOATS_A_PIXEL 83
+// is composed of them, and their copies, 74; radiance as the network writes it, 9. Where all is made and
+// shown on the host, most of the G-buffer lies where the clues of lights come later; what is left are
+// emission, two images of radiance, their sum, what a display shows, and what a light meter has of it on the
+// device, 29.
+#define RADIANCE_FLOATS 9
+#define DEVICE_FLOATS   74
+#define HOST_FLOATS     29
 
 #define PROVIDER "encode"
 
@@ -165,24 +170,26 @@ static ng_result list_lights(struct lf_encoder *self, struct ng_composer *compos
 }
 
 // Bytes for pictures of a size, at most. Layers and files that are made of them come on top.
-static uint64_t bytes_needed(const struct lf_encoder *self, const struct ng_frame_info *frame,
+static uint64_t bytes_needed(const struct lf_encoder *self, const struct ng_frame_info *frame, bool on_host,
                              uint32_t lights)
 {
+    const uint64_t floats = RADIANCE_FLOATS + (on_host ? HOST_FLOATS : DEVICE_FLOATS);
     uint32_t width = frame->width, height = frame->height, rays = self->params.reflection_rays;
     const struct lf_clues_bytes clues = lf_clues_bytes(width, height, rays);
     const struct lf_net_bytes net = lf_net_picture_bytes(self->params.executor, width, height);
-    uint64_t bytes = (uint64_t)width * height * FLOATS_A_PIXEL * sizeof(float) +
-                     lf_clues_view_bytes(width, height, rays) + net.work;
+    uint64_t bytes =
+        width * height * floats * sizeof(float) + lf_clues_view_bytes(width, height, rays) + net.work;
     for (int i = 0; i < LF_PIXEL_PARTS; i++)
         bytes += clues.pixels[i];
     return bytes + lights * (lf_clues_kept_bytes(width, height, self->gather) + net.encoding + net.gather);
 }
 
 // Refuses, once, what would not fit; the next frame that does is drawn again. What was drawn before fits.
-static ng_result check_memory(struct lf_encoder *self, const struct ng_frame_info *frame, uint32_t lights)
+static ng_result check_memory(struct lf_encoder *self, const struct ng_frame_info *frame, bool on_host,
+                              uint32_t lights)
 {
     const double gib = 1 << 30;
-    uint64_t needed = bytes_needed(self, frame, lights), what = ng_hash_combine(needed, lights);
+    uint64_t needed = bytes_needed(self, frame, on_host, lights), what = ng_hash_combine(needed, lights);
     if (needed <= self->most) {
         self->refused = 0;
         return NG_OK;
@@ -248,12 +255,14 @@ static ng_result produce(struct ng_composer *composer, void *user)
     }
     self->width = frame->width;
     self->height = frame->height;
-    NG_TRY(check_memory(self, frame, (uint32_t)ng_composer_count(composer, &ng_light_maps_item)));
+    const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_behind_lamps_item, 0);
+    NG_TRY(check_memory(self, frame, gbuffer->on_host,
+                        (uint32_t)ng_composer_count(composer, &ng_light_maps_item)));
     NG_TRY(list_lights(self, composer, frame));
     lf_clues_set_powers(frame->snapshot, self->pixels, self->clues.items, (uint32_t)self->clues.count);
     struct lf_encoder_inputs in = {.self = self,
                                    .frame = frame,
-                                   .gbuffer = ng_composer_get(composer, &ng_gbuffer_behind_lamps_item, 0),
+                                   .gbuffer = gbuffer,
                                    .rays = ng_composer_get(composer, &lf_ray_scene_item, 0)};
     if (!in.rays)
         return NG_ERROR_MEMORY; // logged there

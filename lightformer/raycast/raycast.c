@@ -88,11 +88,16 @@ static void add_pass(struct ng_graph *g, const char *name, struct pass_data *dat
             ng_pass_write(pass, *images[i], data->lamps ? NG_USE_HOST_READ_WRITE : NG_USE_HOST_WRITE);
 }
 
+static bool is_cpu(const struct ng_frame_info *frame)
+{
+    return frame->gpu->properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+}
+
 static bool draws(const struct lf_raycast *self, const struct ng_frame_info *frame)
 {
-    bool cpu = frame->gpu->properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
     bool wanted = !self->params.method || ng_frame_wants(frame, self->params.method);
-    return wanted && (self->params.use == LF_RAYCAST_RAYS || (self->params.use == LF_RAYCAST_AUTO && cpu));
+    return wanted &&
+           (self->params.use == LF_RAYCAST_RAYS || (self->params.use == LF_RAYCAST_AUTO && is_cpu(frame)));
 }
 
 static ng_result produce(struct ng_composer *composer, void *user)
@@ -103,7 +108,7 @@ static ng_result produce(struct ng_composer *composer, void *user)
     if (!data.rays || !draws(data.self, data.frame))
         return NG_OK;
     data.images.lamps = ng_snapshot_has_lamps(data.frame->snapshot);
-    data.images.on_host = true;
+    data.images.on_host = is_cpu(data.frame);
     add_pass(ng_composer_graph(composer), "gbuffer", &data);
     return ng_composer_publish(composer, &ng_gbuffer_behind_lamps_item, &data.images);
 }
