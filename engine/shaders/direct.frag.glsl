@@ -77,8 +77,8 @@ void add_vpl(inout vpl_sum sum, reflector r, vec3 p, ng_vpl_data vpl)
     float patch_tangent = light.vpl_radius * inversesqrt(square);
     if (light.vpl_kind == NG_VPL_AREA) {
         // A patch is no point: near ones are clamped to its size, softly.
-        float patch_square = 1 / (NG_SHADER_PI * vpl.density);
-        irradiance *= max(-dot(vpl.normal, l), 0.0) * inversesqrt(square * square + patch_square * patch_square);
+        float patch_square = 1 / (NG_SHADER_PI * vpl.density), wide = patch_square / square;
+        irradiance *= max(-dot(vpl.normal, l), 0.0) / (square * sqrt(1 + wide * wide));
         sum.nearest = min(sum.nearest, square / patch_square);
         patch_tangent *= 1 + nearness(4 * square / patch_square); // highlights of the nearest would be streaks
     } else

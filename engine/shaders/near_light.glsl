@@ -32,16 +32,19 @@ float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n)
     return 0.5 * abs(sum + edge_share(set, rise, n));
 }
 
+const float SKIN = 1e-4; // in edges of a facet: as rounding lifts the emitter's own pixels from their plane
 // From afar a triangle is a point.
 const float FAR_TRIANGLE = 4; // square of its distance over that of its longest edge
 
 float facet_irradiance(vec3 a, vec3 b, vec3 c, vec3 n)
 {
     vec3 ab = b - a, ac = c - a, bc = c - b, middle = (a + b + c) / 3;
-    float height = -dot(a, cross(ab, ac)); // of the receiver on the side that shines, times twice the area
-    if (height <= 0 && light.facet_kind == NG_FACETS_ONE_SIDED)
-        return 0;
+    vec3 twice_area = cross(ab, ac);
+    float height = -dot(a, twice_area); // of the receiver on the side that shines, times twice the area
     float square = dot(middle, middle), longest = max(dot(ab, ab), max(dot(ac, ac), dot(bc, bc)));
+    bool inside = abs(height) <= SKIN * sqrt(longest) * length(twice_area); // the receiver lies in its plane
+    if (inside || height < 0 && light.facet_kind == NG_FACETS_ONE_SIDED)
+        return 0;
     if (square > FAR_TRIANGLE * longest)
         return 0.5 * abs(height) * max(dot(middle, n), 0.0) / (square * square);
     return triangle_irradiance(a, b, c, n);
@@ -67,7 +70,8 @@ float patch_irradiance(vec3 center, vec3 normal, float area, vec3 n)
     float higher = sqrt(height * height + WIDE * area / (1 + near * near));
     vec3 to = center - normal * (higher - height);
     float square = dot(to, to);
-    return height > 0 ? area * higher * max(dot(to, n), 0.0) / (square * square) : 0;
+    bool seen = height > SKIN * sqrt(area) && dot(center, n) > 0; // where it is, not where it moves to
+    return seen ? area * higher * max(dot(to, n), 0.0) / (square * square) : 0;
 }
 
 // Of the whole emitter, nothing in between. Loops that have nothing to do cost nothing; branches do, where a CPU takes

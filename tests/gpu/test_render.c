@@ -664,6 +664,33 @@ static void light_of_a_textured_emitter_is_even(void **state)
     }
 }
 
+static void an_emitter_does_not_light_itself(void **state)
+{
+    struct stage *s = *state;
+    const struct ng_light_mesh mesh = {.on = true, .color = {1, 1, 1}, .scale = 1};
+    static float triangles[18]; // the back wall
+    float m[16];
+    for (int i = 0; i < 6; i++) {
+        triangles[i * 3 + 0] = 2 * quad_positions[quad_indices[i] * 3];
+        triangles[i * 3 + 1] = 2 * quad_positions[quad_indices[i] * 3 + 1];
+        triangles[i * 3 + 2] = -2;
+    }
+    identity(m);
+    struct ng_snapshot_light *l = add_light(s, NG_LIGHT_MESH, &mesh, sizeof mesh, m);
+    l->source.triangles = triangles;
+    l->source.triangle_count = 2;
+    l->source.double_sided = true;
+    for (int c = 0; c < 3; c++)
+        l->source.emission[c] = 5;
+    assert_int_equal(ng_light_prepare(&l->source), NG_OK);
+    l->power = ng_light_power(&l->source);
+    draw(s);
+    for (uint32_t i = 0; i < SIZE; i++) // of the wall
+        assert_near(texel(s, "unshadowed", SIZE / 3 + i / 4, SIZE / 3 + i / 3)[0], 0, 1e-3f);
+    ng_light_finish(&l->source);
+    s->snapshot.light_count = 0;
+}
+
 // An upright tube that stands on the floor, of rings of triangles.
 static uint32_t make_tube(uint32_t rings, float *out)
 {
@@ -1231,6 +1258,7 @@ int main(void)
         T(light_is_even_however_near_the_emitter),
         T(light_of_a_textured_emitter_is_even),
         T(light_of_a_mesh_is_even),
+        T(an_emitter_does_not_light_itself),
         T(lights_add_up_and_names_may_clash),
         T(the_display_is_the_tone_map_of_beauty),
         T(the_meter_exposes_light_of_any_strength),
