@@ -20,6 +20,7 @@
 #include <new>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -224,7 +225,7 @@ std::string shortened(const std::string &text)
 
 // Begins the strings that stand for numbers that JSON does not have, until they are left out: no text of a glTF
 // holds a zero.
-const std::string no_number(2, '\0');
+constexpr std::string_view no_number("\0\0", 2);
 
 // The narrowest kind that a number is of: 4.0 is a whole number (glTF 2.0, 2.7).
 Kind number_kind(double v)
