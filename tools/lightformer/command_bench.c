@@ -24,7 +24,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define WARM_UP_FRAMES 3 // pipelines, first uploads, memory that grows
+#define WARM_UP_FRAMES 2 // pipelines, first uploads, memory that grows
 #define MAX_RATIOS     64
 #define NAME_SIZE      192
 
@@ -61,10 +61,10 @@ static const struct cli_option options[] = {
      .kind = CLI_COUNT,
      .offset = offsetof(struct bench, seconds),
      .value = "N",
-     .fallback = "30",
+     .fallback = "20",
      .min = 1,
      .max = 1e6,
-     .doc = "how long all measurements together should take; each is made once at least"},
+     .doc = "how long to repeat measurements, all together; each is made once at least"},
     CLI_PIXELS(struct bench, "512x512"),
     CLI_METHOD(struct bench, method_bench_option),
     CLI_WEIGHTS(struct bench),
