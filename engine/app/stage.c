@@ -147,7 +147,8 @@ void ng_stage_look(struct ng_stage *stage, const struct ng_free_camera *camera)
         stage->internal->camera = *camera;
 }
 
-static ng_result move_to(struct ng_stage *stage, double time, const char *camera, bool still)
+static ng_result move_to(struct ng_stage *stage, double time, const char *camera, bool still,
+                         uint32_t subpixel)
 {
     struct ng_stage_internal *internal = stage->internal;
     uint64_t start_ns = ng_clock_ns();
@@ -161,6 +162,7 @@ static ng_result move_to(struct ng_stage *stage, double time, const char *camera
         .camera = camera,
         .free_camera = internal->looks ? &internal->camera : NULL,
         .exposure = internal->exposure,
+        .subpixel = subpixel,
         .still = still || !internal->drawn,
     };
     NG_TRY(ng_extract(internal->extractor, &params, &stage->snapshot));
@@ -172,12 +174,12 @@ static ng_result move_to(struct ng_stage *stage, double time, const char *camera
 
 ng_result ng_stage_seek(struct ng_stage *stage, double time, const char *camera)
 {
-    return move_to(stage, time, camera, true);
+    return move_to(stage, time, camera, true, 0);
 }
 
 ng_result ng_stage_advance(struct ng_stage *stage, double time, const char *camera)
 {
-    return move_to(stage, time, camera, false);
+    return move_to(stage, time, camera, false, 0);
 }
 
 // One frame of the device. What was begun is ended, whatever fails in between.
@@ -200,6 +202,8 @@ ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *fra
     struct ng_render_params params = {
         .width = frame->width || !window ? frame->width : window->width,
         .height = frame->height || !window ? frame->height : window->height,
+        .light_width = frame->light_width,
+        .light_height = frame->light_height,
         .method = frame->method,
         .shown = frame->shown,
         .layers = frame->layers,
@@ -209,6 +213,7 @@ ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *fra
         .overlay = frame->overlay,
         .overlay_user = frame->overlay_user,
         .adaptation = frame->adaptation,
+        .averaged = frame->averaged,
         .abandon = frame->abandon,
         .abandon_user = frame->abandon_user,
     };
@@ -216,7 +221,8 @@ ng_result ng_stage_draw(struct ng_stage *stage, const struct ng_stage_frame *fra
     NG_REQUIRE(window || (params.width && params.height), "a frame without a window needs a size");
     if (params.width == 0 || params.height == 0)
         return NG_OK;
-    NG_TRY(move_to(stage, frame->time, frame->camera, frame->still));
+    uint32_t subpixel = frame->averaged ? frame->averaged - 1 : 0;
+    NG_TRY(move_to(stage, frame->time, frame->camera, frame->still, subpixel));
     params.snapshot = stage->snapshot;
     if (window)
         ng_swapchain_resize(stage->internal->swapchain, window->width, window->height);

@@ -75,6 +75,7 @@ struct ng_stage_frame {
     const char *camera;     // name of an entity; null: the scene's first camera
     uint32_t width, height; // of the picture, pixels; 0: the window's size
     // As in struct ng_render_params:
+    uint32_t light_width, light_height;
     const char *method;
     struct ng_shown shown;
     const char *const *layers;
@@ -84,6 +85,7 @@ struct ng_stage_frame {
     struct ng_graph_ref (*overlay)(void *user, struct ng_graph *graph, struct ng_graph_ref display);
     void *overlay_user;
     float adaptation;
+    uint32_t averaged; // its camera follows by itself
     bool (*abandon)(void *user);
     void *abandon_user;
 };

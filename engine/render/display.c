@@ -6,11 +6,13 @@
 #include "base/jobs.h"
 #include "base/log.h"
 #include "gpu/device.h"
+#include "render/antialias.h"
 #include "render/display_kernels.h"
 #include "render/frame.h"
 #include "render/meter.h"
 #include "render/passes.h"
 #include "render/scene_gpu.h"
+#include "render/upsample.h"
 
 #include "average.frag.spv.h"
 #include "compose.frag.spv.h"
@@ -52,6 +54,8 @@ struct ng_display {
     struct ng_gpu *gpu;
     struct ng_gpu_pipeline *compose, *average, *tonemap;
     struct ng_meter *meter;
+    struct ng_antialias *antialias;
+    struct ng_upsample *upsample;
 };
 
 #define TEXTURE(n)                                                                                           \
@@ -121,6 +125,10 @@ ng_result ng_display_create(struct ng_gpu *gpu, struct ng_display **out)
         r = make_tonemap(gpu, &self->tonemap);
     if (r == NG_OK)
         r = ng_meter_create(gpu, &self->meter);
+    if (r == NG_OK)
+        r = ng_antialias_create(gpu, &self->antialias);
+    if (r == NG_OK)
+        r = ng_upsample_create(gpu, &self->upsample);
     if (r != NG_OK)
         ng_display_destroy(&self);
     *out = self;
@@ -136,6 +144,8 @@ void ng_display_destroy(struct ng_display **display)
     ng_gpu_pipeline_destroy(&self->average);
     ng_gpu_pipeline_destroy(&self->tonemap);
     ng_meter_destroy(&self->meter);
+    ng_antialias_destroy(&self->antialias);
+    ng_upsample_destroy(&self->upsample);
     free(self);
     *display = NULL;
 }
@@ -143,9 +153,9 @@ void ng_display_destroy(struct ng_display **display)
 static struct ng_graph_ref picture(struct ng_graph *g, const struct ng_frame_info *frame, const char *name,
                                    VkFormat format)
 {
-    return ng_graph_add_image(
-        g, name,
-        &(struct ng_graph_image_params){.format = format, .width = frame->width, .height = frame->height});
+    return ng_graph_add_image(g, name,
+                              &(struct ng_graph_image_params){
+                                  .format = format, .width = frame->picture[0], .height = frame->picture[1]});
 }
 
 // A texture of the pass, or black for what there is not.
@@ -266,7 +276,7 @@ struct tonemap_data {
     const struct ng_display *self;
     struct ng_scene_gpu *scene;
     struct side left, right;
-    struct ng_graph_ref position; // zero: neither a background nor what is unlit is shown
+    struct ng_graph_ref position; // position or shares; zero: neither a background nor what is unlit is shown
     struct ng_graph_ref exposure; // zero: the number, not what a meter found
     float fixed_exposure;
     struct ng_display_data shown;
@@ -394,11 +404,13 @@ static void average_sides(const struct ng_display *self, struct ng_composer *com
 static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struct ng_composer *composer,
                                             const struct ng_shown *shown, const struct side *left,
                                             const struct side *right, struct ng_graph_ref exposure,
-                                            bool on_host)
+                                            struct ng_graph_ref shares, bool on_host)
 {
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
     const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
+    const struct ng_gbuffer *whole = ng_composer_get(composer, &ng_gbuffer_picture_item, 0),
+                            *seen = whole ? whole : gbuffer;
     const struct ng_snapshot_camera *camera = &frame->snapshot->camera;
     const float *background = camera->background;
     bool looks =
@@ -407,14 +419,17 @@ static struct ng_graph_ref declare_tone_map(const struct ng_display *self, struc
                                 .scene = frame->scene,
                                 .left = *left,
                                 .right = *right,
-                                .position = looks ? gbuffer->position : (struct ng_graph_ref){0},
+                                .position = !looks      ? (struct ng_graph_ref){0}
+                                            : shares.id ? shares
+                                                        : seen->position,
                                 .exposure = exposure,
                                 .fixed_exposure = camera->exposure,
                                 .shown = {.encoding = left->encoding,
                                           .other_encoding = right->encoding,
                                           .comparison = shown->comparison,
-                                          .divider = shown->divider * (float)frame->width,
+                                          .divider = shown->divider * (float)frame->picture[0],
                                           .cell = (float)cell_of(shown),
+                                          .averaged = looks && shares.id,
                                           .background = {background[0], background[1], background[2]}},
                                 .display = picture(g, frame, "display", VK_FORMAT_R8G8B8A8_UNORM)};
     struct ng_pass *pass =
@@ -455,7 +470,8 @@ static ng_result choose_layer(const char *name, const struct shown_layer **out)
 }
 
 ng_result ng_display_declare(struct ng_display *self, struct ng_composer *composer,
-                             const struct ng_shown *shown, float adaptation, struct ng_display_result *out)
+                             const struct ng_shown *shown, float adaptation, uint32_t averaged,
+                             struct ng_display_result *out)
 {
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
     const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
@@ -463,10 +479,19 @@ ng_result ng_display_declare(struct ng_display *self, struct ng_composer *compos
     const struct shown_layer *layer;
     NG_TRY(choose_layer(name, &layer));
     NG_TRY(find_radiance(composer, frame->method, &out->radiance));
-    out->beauty = declare_compose(self, composer, out->radiance, "compose", "beauty");
+    struct ng_antialiased mean = {{0}, {0}};
+    bool guided = ng_frame_is_guided(frame);
+    NG_REQUIRE(!guided || strcmp(name, "beauty") == 0, "of light of fewer pixels beauty is shown");
+    out->beauty = guided ? ng_upsample_declare(self->upsample, composer, out->radiance)
+                         : declare_compose(self, composer, out->radiance, "compose",
+                                           averaged ? "beauty/frame" : "beauty");
+    if (averaged) {
+        NG_TRY(ng_antialias_declare(self->antialias, composer, out->beauty, averaged, &mean));
+        out->beauty = mean.beauty;
+    }
     struct side left = make_side(layer, gbuffer, out->radiance, out->beauty),
                 right = {.encoding = left.encoding};
-    bool on_host = is_on_host(frame, gbuffer, out->radiance);
+    bool on_host = !guided && !averaged && is_on_host(frame, gbuffer, out->radiance);
 
     if (shown->comparison) {
         const char *other_method = frame->other_method ? frame->other_method : frame->method;
@@ -483,11 +508,11 @@ ng_result ng_display_declare(struct ng_display *self, struct ng_composer *compos
     out->shows[1] = right.complete;
     struct ng_graph_ref exposure = {0};
     if (frame->snapshot->camera.auto_exposure)
-        exposure = ng_meter_declare(self->meter, composer, out->radiance, adaptation);
+        exposure = ng_meter_declare(self->meter, composer, out->radiance, adaptation, averaged);
     if (cell_of(shown) > 1) {
         average_sides(self, composer, &left, &right, cell_of(shown));
         on_host = false; // means are the device's
     }
-    out->color = declare_tone_map(self, composer, shown, &left, &right, exposure, on_host);
+    out->color = declare_tone_map(self, composer, shown, &left, &right, exposure, mean.shares, on_host);
     return NG_OK;
 }

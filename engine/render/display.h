@@ -40,9 +40,9 @@ NG_NODISCARD ng_result ng_display_create(struct ng_gpu *gpu, struct ng_display *
 void ng_display_destroy(struct ng_display **display);
 // Declares the passes that turn the frame's radiance into a picture: after ng_composer_declare. Errors,
 // logged: NG_ERROR_NOT_FOUND if a method of the frame published no radiance, or there is no such layer.
-// `adaptation` is that of struct ng_render_params.
+// `adaptation` and `averaged` are those of struct ng_render_params.
 NG_NODISCARD ng_result ng_display_declare(struct ng_display *display, struct ng_composer *composer,
-                                          const struct ng_shown *shown, float adaptation,
+                                          const struct ng_shown *shown, float adaptation, uint32_t averaged,
                                           struct ng_display_result *out);
 
 NG_EXTERN_C_END

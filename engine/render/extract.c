@@ -256,6 +256,7 @@ static void read_camera(struct ng_extractor *x, ng_entity e, const struct ng_ext
     c->orthographic = from.lens.projection == NG_PROJECTION_ORTHOGRAPHIC;
     c->height = c->orthographic ? from.lens.height : 0;
     c->near_plane = from.lens.near_plane;
+    c->subpixel = p->subpixel;
     c->exposure = from.lens.exposure;
     c->auto_exposure = from.lens.auto_exposure;
     memcpy(c->background, from.lens.background, sizeof c->background);

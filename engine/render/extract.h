@@ -49,8 +49,9 @@ struct ng_extract_params {
     const char *camera;             // name of the camera's entity; null or "": the first camera of the world
     const struct ng_free_camera *free_camera; // instead of it; null: none
     struct ng_exposure exposure;
-    bool still; // no motion: previous matrices and positions are the current ones (first
-                // frame, jump in time)
+    uint32_t subpixel; // which of the pictures that are averaged (render/subpixel.h)
+    bool still;        // no motion: previous matrices and positions are the current ones (first
+                       // frame, jump in time)
 };
 
 // Destroy it before its world.

@@ -36,9 +36,10 @@ struct ng_frame_info {
     const struct ng_gpu *gpu;
     const struct ng_snapshot *snapshot;
     struct ng_scene_gpu *scene; // render/scene_gpu.h: buffers and draws of the snapshot
-    uint32_t width, height;
-    const char *method;       // name of the method whose picture this is
-    const char *other_method; // of the one that it is compared with; null: none
+    uint32_t width, height;     // at which light is computed, and the G-buffer that it needs
+    uint32_t picture[2];        // width and height of the picture: these, or more
+    const char *method;         // name of the method whose picture this is
+    const char *other_method;   // of the one that it is compared with; null: none
 };
 extern const struct ng_item_type ng_frame_item;
 
@@ -49,7 +50,13 @@ static inline bool ng_frame_wants(const struct ng_frame_info *frame, const char 
            (frame->other_method && strcmp(frame->other_method, method) == 0);
 }
 
-// All of the picture's size. "Surface" pixels have position.w = 1, or -1 where
+// Whether the picture has more pixels than light is computed for.
+static inline bool ng_frame_is_guided(const struct ng_frame_info *frame)
+{
+    return frame->picture[0] != frame->width || frame->picture[1] != frame->height;
+}
+
+// All of the frame's size. "Surface" pixels have position.w = 1, or -1 where
 // it reflects nothing and is what it emits; others 0 throughout except emission.
 struct ng_gbuffer {
     struct ng_graph_ref position; // RGBA32F: world space, metres; w: as above
@@ -64,6 +71,8 @@ struct ng_gbuffer {
     bool on_host;                 // written by passes of the CPU, for a device that draws there
 };
 extern const struct ng_item_type ng_gbuffer_item; // for consumers
+// In guided frames: with all the picture's pixels, lamps among them. It guides the light to them.
+extern const struct ng_item_type ng_gbuffer_picture_item;
 extern const struct ng_item_type
     ng_gbuffer_behind_lamps_item; // for producers: before lamps are drawn over it
 

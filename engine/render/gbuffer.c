@@ -21,19 +21,20 @@
 #include <string.h>
 
 const struct ng_item_type ng_gbuffer_item = {"gbuffer", sizeof(struct ng_gbuffer)};
+const struct ng_item_type ng_gbuffer_picture_item = {"gbuffer of the picture", sizeof(struct ng_gbuffer)};
 const struct ng_item_type ng_gbuffer_behind_lamps_item = {"gbuffer behind lamps", sizeof(struct ng_gbuffer)};
 
 static const struct {
-    const char *name;
+    const char *name, *picture; // the latter of the picture's own
     VkFormat format;
 } colors[NG_GBUFFER_COLORS] = {
-    {"gbuffer/position", VK_FORMAT_R32G32B32A32_SFLOAT},
-    {"gbuffer/normal", VK_FORMAT_R16G16B16A16_SFLOAT},
-    {"gbuffer/diffuse", VK_FORMAT_R16G16B16A16_SFLOAT},
-    {"gbuffer/specular", VK_FORMAT_R16G16B16A16_SFLOAT},
-    {"gbuffer/emission", VK_FORMAT_R32G32B32A32_SFLOAT},
-    {"gbuffer/motion", VK_FORMAT_R32G32_SFLOAT},
-    {"gbuffer/entity", VK_FORMAT_R32_UINT},
+    {"gbuffer/position", "picture/position", VK_FORMAT_R32G32B32A32_SFLOAT},
+    {"gbuffer/normal", "picture/normal", VK_FORMAT_R16G16B16A16_SFLOAT},
+    {"gbuffer/diffuse", "picture/diffuse", VK_FORMAT_R16G16B16A16_SFLOAT},
+    {"gbuffer/specular", "picture/specular", VK_FORMAT_R16G16B16A16_SFLOAT},
+    {"gbuffer/emission", "picture/emission", VK_FORMAT_R32G32B32A32_SFLOAT},
+    {"gbuffer/motion", "picture/motion", VK_FORMAT_R32G32_SFLOAT},
+    {"gbuffer/entity", "picture/entity", VK_FORMAT_R32_UINT},
 };
 
 struct ng_gbuffer_provider {
@@ -148,13 +149,19 @@ struct pass_data {
     const struct ng_gbuffer_provider *provider;
     const struct ng_frame_info *frame;
     enum ng_draw_lamps lamps;
+    bool picture; // it is the picture's own
 };
+
+static struct ng_gpu_binding view_of(const struct pass_data *d)
+{
+    return d->picture ? ng_scene_gpu_picture_view(d->frame->scene, 0) : ng_scene_gpu_view(d->frame->scene, 0);
+}
 
 static ng_result draw_scene(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     struct ng_scene_gpu *scene = d->frame->scene;
-    const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(scene, 0), ng_scene_gpu_instances(scene, 1),
+    const struct ng_gpu_binding bindings[] = {view_of(d), ng_scene_gpu_instances(scene, 1),
                                               ng_scene_gpu_materials(scene, 2)};
     return ng_scene_gpu_draw(
         scene, ctx->cmd,
@@ -176,8 +183,7 @@ static ng_result draw_background(const struct ng_pass_context *ctx)
     const struct pass_data *d = ctx->data;
     struct ng_scene_gpu *scene = d->frame->scene;
     const struct ng_snapshot_light *light = &d->frame->snapshot->lights[d->frame->snapshot->environment];
-    const struct ng_gpu_binding bindings[] = {ng_scene_gpu_view(scene, 0),
-                                              ng_scene_gpu_image(scene, light->image, 1)};
+    const struct ng_gpu_binding bindings[] = {view_of(d), ng_scene_gpu_image(scene, light->image, 1)};
     NG_TRY(ng_cmd_bind(ctx->cmd, d->provider->background, bindings, NG_COUNT(bindings)));
     struct ng_environment_push push;
     ng_environment_push_of(light, &push);
@@ -186,13 +192,15 @@ static ng_result draw_background(const struct ng_pass_context *ctx)
     return NG_OK;
 }
 
-static struct ng_graph_ref add_target(struct ng_graph *g, const struct ng_frame_info *frame, const char *name,
-                                      VkFormat format)
+static struct ng_graph_ref add_target(struct ng_graph *g, const struct ng_frame_info *frame, bool picture,
+                                      const char *name, VkFormat format)
 {
     return ng_graph_add_image(
         g, name,
-        &(struct ng_graph_image_params){
-            .format = format, .width = frame->width, .height = frame->height, .clear = true});
+        &(struct ng_graph_image_params){.format = format,
+                                        .width = picture ? frame->picture[0] : frame->width,
+                                        .height = picture ? frame->picture[1] : frame->height,
+                                        .clear = true});
 }
 
 void ng_gbuffer_colors(struct ng_gbuffer *g, struct ng_graph_ref *out[NG_GBUFFER_COLORS])
@@ -202,9 +210,11 @@ void ng_gbuffer_colors(struct ng_gbuffer *g, struct ng_graph_ref *out[NG_GBUFFER
     memcpy(out, order, sizeof order);
 }
 
-struct ng_graph_ref ng_gbuffer_add_color(struct ng_graph *g, int color, const struct ng_frame_info *frame)
+struct ng_graph_ref ng_gbuffer_add_color(struct ng_graph *g, int color, const struct ng_frame_info *frame,
+                                         bool picture)
 {
-    return add_target(g, frame, colors[color].name, colors[color].format);
+    return add_target(g, frame, picture, picture ? colors[color].picture : colors[color].name,
+                      colors[color].format);
 }
 
 static struct ng_pass *add_pass(struct ng_graph *g, const char *name, ng_pass_fn run,
@@ -223,7 +233,7 @@ static void add_scene(struct ng_graph *g, const char *name, const struct pass_da
     struct ng_pass *pass = add_pass(g, name, draw_scene, data);
     for (int i = 0; i < NG_GBUFFER_COLORS; i++) {
         if (!order[i]->id)
-            *order[i] = ng_gbuffer_add_color(g, i, data->frame);
+            *order[i] = ng_gbuffer_add_color(g, i, data->frame, data->picture);
         *order[i] = ng_pass_write(pass, *order[i], NG_USE_COLOR);
     }
     images->depth = ng_pass_write(pass, images->depth, NG_USE_DEPTH);
@@ -233,13 +243,38 @@ static ng_result produce(struct ng_composer *composer, void *user)
 {
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
-    const struct pass_data data = {user, frame, NG_LAMPS_NOT};
+    const struct pass_data data = {user, frame, NG_LAMPS_NOT, false};
     if (ng_composer_count(composer, &ng_gbuffer_behind_lamps_item))
         return NG_OK; // by another provider
     struct ng_gbuffer images = {.lamps = ng_snapshot_has_lamps(frame->snapshot)};
-    images.depth = add_target(g, frame, "gbuffer/depth", VK_FORMAT_D32_SFLOAT); // reverse-Z: 0 is far
+    images.depth = add_target(g, frame, false, "gbuffer/depth", VK_FORMAT_D32_SFLOAT); // reverse-Z: 0 is far
     add_scene(g, "gbuffer", &data, &images);
     return ng_composer_publish(composer, &ng_gbuffer_behind_lamps_item, &images);
+}
+
+static void add_background(struct ng_graph *g, const char *name, const struct pass_data *data,
+                           struct ng_gbuffer *images)
+{
+    if (data->frame->snapshot->environment == NG_NONE)
+        return;
+    struct ng_pass *pass = add_pass(g, name, draw_background, data);
+    ng_pass_read(pass, images->depth, NG_USE_DEPTH_READ);
+    images->emission = ng_pass_write(pass, images->emission, NG_USE_COLOR);
+}
+
+static ng_result publish_picture(struct ng_composer *composer, struct pass_data data, bool lamps)
+{
+    struct ng_graph *g = ng_composer_graph(composer);
+    struct ng_gbuffer images = {.lamps = lamps};
+    data.picture = true;
+    data.lamps = NG_LAMPS_NOT;
+    images.depth = add_target(g, data.frame, true, "picture/depth", VK_FORMAT_D32_SFLOAT);
+    add_scene(g, "gbuffer:picture", &data, &images);
+    data.lamps = NG_LAMPS_ONLY;
+    if (lamps)
+        add_scene(g, "gbuffer lamps:picture", &data, &images);
+    add_background(g, "background:picture", &data, &images);
+    return ng_composer_publish(composer, &ng_gbuffer_picture_item, &images);
 }
 
 static ng_result consume(struct ng_composer *composer, void *user)
@@ -247,7 +282,7 @@ static ng_result consume(struct ng_composer *composer, void *user)
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_frame_info *frame = ng_composer_get(composer, &ng_frame_item, 0);
     const struct ng_gbuffer *behind = ng_composer_get(composer, &ng_gbuffer_behind_lamps_item, 0);
-    const struct pass_data data = {user, frame, NG_LAMPS_ONLY};
+    const struct pass_data data = {user, frame, NG_LAMPS_ONLY, false};
     if (!behind)
         return NG_ERROR_MEMORY; // logged where it could not be published
     if (ng_composer_count(composer, &ng_gbuffer_item))
@@ -255,12 +290,9 @@ static ng_result consume(struct ng_composer *composer, void *user)
     struct ng_gbuffer images = *behind;
     if (images.lamps)
         add_scene(g, "gbuffer lamps", &data, &images);
-    if (frame->snapshot->environment != NG_NONE) {
-        struct ng_pass *pass = add_pass(g, "background", draw_background, &data);
-        ng_pass_read(pass, images.depth, NG_USE_DEPTH_READ);
-        images.emission = ng_pass_write(pass, images.emission, NG_USE_COLOR);
-    }
-    return ng_composer_publish(composer, &ng_gbuffer_item, &images);
+    add_background(g, "background", &data, &images);
+    NG_TRY(ng_composer_publish(composer, &ng_gbuffer_item, &images));
+    return ng_frame_is_guided(frame) ? publish_picture(composer, data, images.lamps) : NG_OK;
 }
 
 struct ng_provider ng_gbuffer_provider(struct ng_gbuffer_provider *provider)

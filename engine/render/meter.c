@@ -76,7 +76,7 @@ struct pass_data {
     const struct ng_meter *self;
     const struct ng_frame_info *frame;
     struct ng_graph_ref direct, indirect, emission, position, counts, before, after;
-    float params[2]; // factor, adaptation
+    float params[3]; // factor, adaptation, keeps
 };
 
 // Black where the method has no such light.
@@ -131,10 +131,23 @@ static struct ng_pass *add_pass(struct ng_graph *g, const char *name, ng_pass_fn
                .name = name, .kind = NG_PASS_COMPUTE, .run = run, .data = data, .data_size = sizeof *data});
 }
 
-struct ng_graph_ref ng_meter_declare(const struct ng_meter *m, struct ng_composer *composer,
-                                     const struct ng_radiance *radiance, float adaptation)
+static struct ng_graph_ref declare_count(struct ng_graph *g, const struct pass_data *data)
 {
-    static const struct ng_graph_buffer_params number = {.size = sizeof(float)};
+    struct ng_pass *pass = add_pass(g, "meter/count", count, data);
+    if (data->direct.id)
+        ng_pass_read(pass, data->direct, NG_USE_SAMPLED);
+    if (data->indirect.id)
+        ng_pass_read(pass, data->indirect, NG_USE_SAMPLED);
+    ng_pass_read(pass, data->emission, NG_USE_SAMPLED);
+    ng_pass_read(pass, data->position, NG_USE_SAMPLED);
+    return ng_pass_write(pass, data->counts, NG_USE_STORAGE_READ_WRITE);
+}
+
+struct ng_graph_ref ng_meter_declare(const struct ng_meter *m, struct ng_composer *composer,
+                                     const struct ng_radiance *radiance, float adaptation, uint32_t averaged)
+{
+    static const struct ng_graph_buffer_params numbers = {.size =
+                                                              2 * sizeof(float)}; // exposure, what was found
     struct ng_graph *g = ng_composer_graph(composer);
     const struct ng_gbuffer *gbuffer = ng_composer_get(composer, &ng_gbuffer_item, 0);
     struct pass_data data = {.self = m, .frame = ng_composer_get(composer, &ng_frame_item, 0)};
@@ -146,23 +159,19 @@ struct ng_graph_ref ng_meter_declare(const struct ng_meter *m, struct ng_compose
         ng_graph_add_buffer(g, "meter/counts",
                             &(struct ng_graph_buffer_params){
                                 .size = NG_METER_COUNTS * NG_METER_BINS * sizeof(uint32_t), .clear = true});
-    data.after = ng_graph_add_buffer(g, "meter/exposure", &number);
-    bool adapts = adaptation > 0 && adaptation < 1;
-    if (adapts)
-        data.before = ng_graph_history_buffer(g, "meter/exposure", &number, &adapts);
+    data.after = ng_graph_add_buffer(g, "meter/exposure", &numbers);
+    bool adapts = adaptation > 0 && adaptation<1, keeps = averaged> 1, valid = false;
+    if (adapts || averaged)
+        data.before = ng_graph_history_buffer(g, "meter/exposure", &numbers, &valid);
+    if (!(adapts || keeps))
+        data.before = (struct ng_graph_ref){0}; // it is kept for the next frame
     data.params[0] = data.frame->snapshot->camera.exposure;
-    data.params[1] = adapts ? adaptation : 1;
+    data.params[1] = adapts && valid ? adaptation : 1;
+    data.params[2] = keeps && valid;
 
-    struct ng_pass *pass = add_pass(g, "meter/count", count, &data);
-    if (data.direct.id)
-        ng_pass_read(pass, data.direct, NG_USE_SAMPLED);
-    if (data.indirect.id)
-        ng_pass_read(pass, data.indirect, NG_USE_SAMPLED);
-    ng_pass_read(pass, data.emission, NG_USE_SAMPLED);
-    ng_pass_read(pass, data.position, NG_USE_SAMPLED);
-    data.counts = ng_pass_write(pass, data.counts, NG_USE_STORAGE_READ_WRITE);
-
-    pass = add_pass(g, "meter/expose", expose, &data);
+    if (!keeps)
+        data.counts = declare_count(g, &data);
+    struct ng_pass *pass = add_pass(g, "meter/expose", expose, &data);
     ng_pass_read(pass, data.counts, NG_USE_STORAGE_READ);
     if (data.before.id)
         ng_pass_read(pass, data.before, NG_USE_STORAGE_READ);

@@ -19,9 +19,11 @@ void ng_meter_destroy(struct ng_meter **meter);
 
 // Declares the passes: after ng_composer_declare, once a frame. The buffer holds the exposure, a float: what
 // the meter finds times the camera's own, or where `adaptation` is above 0 and below 1 that part of the way
-// there, in stops, from what the last frame had.
+// there, in stops, from what the last frame had. Of pictures that are averaged the first is measured: after
+// it
+// (`averaged` above 1) nothing is.
 struct ng_graph_ref ng_meter_declare(const struct ng_meter *meter, struct ng_composer *composer,
-                                     const struct ng_radiance *radiance, float adaptation);
+                                     const struct ng_radiance *radiance, float adaptation, uint32_t averaged);
 
 NG_EXTERN_C_END
 

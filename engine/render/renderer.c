@@ -175,10 +175,11 @@ static ng_result blit(const struct ng_pass_context *ctx)
     vkCmdBlitImage(ctx->cmd->handle, ng_pass_image(ctx, d->from)->handle, ng_pass_layout(ctx, d->from),
                    ng_pass_image(ctx, d->to)->handle, ng_pass_layout(ctx, d->to), 1,
                    &(VkImageBlit){.srcSubresource = all,
-                                  .srcOffsets[1] = {(int32_t)f->width, (int32_t)f->height, 1},
+                                  .srcOffsets[1] = {(int32_t)f->picture[0], (int32_t)f->picture[1], 1},
                                   .dstSubresource = all,
                                   .dstOffsets[1] = {(int32_t)d->width, (int32_t)d->height, 1}},
-                   f->width == d->width && f->height == d->height ? VK_FILTER_NEAREST : VK_FILTER_LINEAR);
+                   f->picture[0] == d->width && f->picture[1] == d->height ? VK_FILTER_NEAREST
+                                                                           : VK_FILTER_LINEAR);
     return NG_OK;
 }
 
@@ -234,7 +235,7 @@ static ng_result declare_frame(struct ng_renderer *r, const struct ng_render_par
         declare_bare(r, &data);
     NG_TRY(ng_composer_declare(r->composer));
     struct ng_display_result shown;
-    NG_TRY(ng_display_declare(r->display, r->composer, &p->shown, p->adaptation, &shown));
+    NG_TRY(ng_display_declare(r->display, r->composer, &p->shown, p->adaptation, p->averaged, &shown));
     r->has_unshadowed = shown.radiance->unshadowed.id;
     r->has_direct = shown.radiance->direct.id;
     r->has_indirect = shown.radiance->indirect.id;
@@ -264,16 +265,21 @@ ng_result ng_renderer_frame(struct ng_renderer *r, struct ng_cmd **cmd, const st
 {
     NG_REQUIRE(p && p->snapshot && p->width && p->height, "a frame needs a snapshot and a size");
     NG_REQUIRE(p->layer_count <= MAX_LAYERS, "at most %d layers", MAX_LAYERS);
+    bool guided = p->light_width && p->light_height;
+    NG_REQUIRE(!guided || (!p->shown.comparison && !p->averaged), "light of fewer pixels is shown alone");
     r->frame = (struct ng_frame_info){.gpu = r->params.gpu,
                                       .snapshot = p->snapshot,
                                       .scene = r->scene,
-                                      .width = p->width,
-                                      .height = p->height,
+                                      .width = guided ? p->light_width : p->width,
+                                      .height = guided ? p->light_height : p->height,
+                                      .picture = {p->width, p->height},
                                       .method = p->method ? p->method : "raster",
                                       .other_method = p->shown.comparison ? p->shown.other_method : NULL};
     NG_TRY(check_lights(p->snapshot));
     NG_TRY(remember_frame(r, p));
-    NG_TRY(ng_scene_gpu_update(r->scene, p->snapshot, p->width, p->height));
+    NG_TRY(ng_scene_gpu_update(r->scene, p->snapshot, r->frame.width, r->frame.height));
+    if (ng_frame_is_guided(&r->frame))
+        NG_TRY(ng_scene_gpu_add_picture(r->scene, p->width, p->height));
     NG_TRY(declare_frame(r, p));
     ng_graph_abandon_when(r->graph, p->abandon, p->abandon_user);
     return ng_graph_execute(r->graph, cmd);

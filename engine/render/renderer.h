@@ -44,9 +44,12 @@ void ng_renderer_destroy(struct ng_renderer **renderer);
 struct ng_render_params {
     const struct ng_snapshot *snapshot; // needed; borrowed for the call
     uint32_t width, height;             // pixels, at least 1
-    const char *method;                 // null: "raster"
-    struct ng_shown shown;              // zero: beauty of this method
-    const char *const *layers;          // names to fetch with ng_renderer_layer, borrowed for the call
+    // Light is computed for so many pixels, and beauty is upsampled from them, guided by a G-buffer that has
+    // all (render/upsample.h); other layers have only these. 0: for all.
+    uint32_t light_width, light_height;
+    const char *method;        // null: "raster"
+    struct ng_shown shown;     // zero: beauty of this method
+    const char *const *layers; // names to fetch with ng_renderer_layer, borrowed for the call
     uint32_t layer_count;
     // Any resources of the graph by name ("rsm:lamp/flux"), to fetch with ng_graph_readback_get; borrowed for
     // the call.
@@ -59,6 +62,11 @@ struct ng_render_params {
     // Of cameras with auto_exposure: the part of the way from the last frame's exposure to this picture's, in
     // stops, for pictures that are seen one after the other; 0: all of it, whatever came before.
     float adaptation;
+    // Antialiasing: beauty is the mean of this frame and of those before it, of which this is the nth; 1
+    // begins a mean, the number of the last frame shows that mean again, and 0 is a picture of its own. The
+    // frames' snapshots differ in `camera.subpixel` alone, which counts them from 0. Other layers are this
+    // frame's, and so is a side that it is compared with.
+    uint32_t averaged;
     // Whether to give the frame up, asked on this thread while it is made (ng_graph_abandon_when); null:
     // never.
     bool (*abandon)(void *user);

@@ -7,6 +7,7 @@
 #include "graph/key.h"
 #include "render/camera.h"
 #include "render/passes.h"
+#include "render/subpixel.h"
 
 #include <cglm/cglm.h>
 #include <stdlib.h>
@@ -29,7 +30,7 @@ struct ng_scene_gpu {
     struct ng_mesh_cache meshes;
     struct ng_texture_cache textures;
     NG_ARRAY(struct draw_key) order;
-    struct ng_frame_range view_range, instance_range, material_range;
+    struct ng_frame_range view_ranges[2], instance_range, material_range;
 };
 
 // ---- Life ------------------------------------------------------------------------------------------------
@@ -218,33 +219,49 @@ static void project(const struct ng_snapshot *s, float aspect, float range, mat4
     glm_mat4_copy(projection, out);
 }
 
-static void fill_view(struct ng_scene_gpu *s, uint32_t width, uint32_t height)
+// So that a pixel's middle shows what is `shift` beside it, of halves of the picture.
+static void move_picture(const float shift[2], mat4 projection)
+{
+    for (int column = 0; column < 4; column++)
+        for (int row = 0; row < 2; row++)
+            projection[column][row] -= shift[row] * projection[column][3];
+}
+
+static void fill_view(const struct ng_scene_gpu *s, uint32_t width, uint32_t height, struct ng_view_data *out)
 {
     const struct ng_snapshot_camera *c = &s->snapshot->camera;
     float aspect = (float)width / (float)height;
     const struct ng_camera_rays rays = ng_camera_rays_of(c, aspect);
     mat4 projection, view, m;
-    s->view.range = c->orthographic ? depth_of_scene(s->snapshot) : 0;
-    project(s->snapshot, aspect, s->view.range, projection);
+    out->range = c->orthographic ? depth_of_scene(s->snapshot) : 0;
+    float shift[2];
+    ng_subpixel_shift(c->subpixel, shift);
+    out->shift[0] = 2 * shift[0] / (float)width;
+    out->shift[1] = 2 * shift[1] / (float)height;
+    project(s->snapshot, aspect, out->range, projection);
+    move_picture(out->shift, projection);
     memcpy(view, c->view, sizeof view);
     glm_mat4_mul(projection, view, m);
-    memcpy(s->view.view_projection, m, sizeof m);
+    memcpy(out->view_projection, m, sizeof m);
     memcpy(view, c->previous_view, sizeof view);
     glm_mat4_mul(projection, view, m);
-    memcpy(s->view.previous_view_projection, m, sizeof m);
-    memcpy(s->view.right, rays.right, sizeof rays.right);
-    memcpy(s->view.down, rays.down, sizeof rays.down);
-    memcpy(s->view.forward, rays.forward, sizeof rays.forward);
-    memcpy(s->view.position, c->position, sizeof c->position);
-    s->view.near_plane = c->near_plane;
-    s->view.size[0] = (float)width;
-    s->view.size[1] = (float)height;
+    memcpy(out->previous_view_projection, m, sizeof m);
+    memcpy(out->right, rays.right, sizeof rays.right);
+    memcpy(out->down, rays.down, sizeof rays.down);
+    memcpy(out->forward, rays.forward, sizeof rays.forward);
+    memcpy(out->position, c->position, sizeof c->position);
+    out->near_plane = c->near_plane;
+    out->size[0] = (float)width;
+    out->size[1] = (float)height;
 }
 
-static struct ng_instance_data instance_data(const struct ng_snapshot_instance *i)
+static struct ng_instance_data instance_data(const struct ng_snapshot *s, uint32_t index)
 {
-    struct ng_instance_data d = {
-        .material = i->material, .entity = ng_entity_index(i->entity), .flags = i->flags};
+    const struct ng_snapshot_instance *i = &s->instances[index];
+    struct ng_instance_data d = {.material = i->material,
+                                 .entity = ng_entity_index(i->entity),
+                                 .flags = i->flags,
+                                 .subpixel = s->camera.subpixel};
     memcpy(d.matrix, i->matrix, sizeof d.matrix);
     memcpy(d.previous_matrix, i->previous_matrix, sizeof d.previous_matrix);
     return d;
@@ -281,14 +298,14 @@ static struct ng_material_data material_data(const struct ng_snapshot_material *
 static ng_result write_frame(struct ng_scene_gpu *s)
 {
     const struct ng_snapshot *n = s->snapshot;
-    NG_TRY(ng_frame_put(s->gpu, &s->view, sizeof s->view, &s->view_range));
+    NG_TRY(ng_frame_put(s->gpu, &s->view, sizeof s->view, &s->view_ranges[0]));
 
     size_t instances = s->order.count ? s->order.count : 1,
            materials = n->material_count ? n->material_count : 1;
     NG_TRY(ng_frame_alloc(s->gpu, instances * sizeof(struct ng_instance_data), &s->instance_range));
     struct ng_instance_data *instance = s->instance_range.mapped;
     for (size_t i = 0; i < s->order.count; i++)
-        instance[i] = instance_data(&n->instances[s->order.items[i].instance]);
+        instance[i] = instance_data(n, s->order.items[i].instance);
 
     NG_TRY(ng_frame_alloc(s->gpu, materials * sizeof(struct ng_material_data), &s->material_range));
     struct ng_material_data *material = s->material_range.mapped;
@@ -313,8 +330,15 @@ ng_result ng_scene_gpu_update(struct ng_scene_gpu *s, const struct ng_snapshot *
         s->order.items[i] = draw_key(s, i);
     sort_draws(s->order.items, s->order.count);
     find_hidden(s);
-    fill_view(s, width, height);
+    fill_view(s, width, height, &s->view);
     return write_frame(s);
+}
+
+ng_result ng_scene_gpu_add_picture(struct ng_scene_gpu *s, uint32_t width, uint32_t height)
+{
+    struct ng_view_data view = {.near_plane = 0};
+    fill_view(s, width, height, &view);
+    return ng_frame_put(s->gpu, &view, sizeof view, &s->view_ranges[1]);
 }
 
 const float *ng_scene_gpu_camera(const struct ng_scene_gpu *s)
@@ -333,7 +357,12 @@ bool ng_scene_gpu_camera_mirrors(const struct ng_scene_gpu *s)
 
 struct ng_gpu_binding ng_scene_gpu_view(const struct ng_scene_gpu *s, uint32_t binding)
 {
-    return ng_pass_range(&s->view_range, binding);
+    return ng_pass_range(&s->view_ranges[0], binding);
+}
+
+struct ng_gpu_binding ng_scene_gpu_picture_view(const struct ng_scene_gpu *s, uint32_t binding)
+{
+    return ng_pass_range(&s->view_ranges[1], binding);
 }
 
 struct ng_gpu_binding ng_scene_gpu_instances(const struct ng_scene_gpu *s, uint32_t binding)

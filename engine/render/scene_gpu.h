@@ -24,6 +24,9 @@ void ng_scene_gpu_destroy(struct ng_scene_gpu **scene);
 NG_NODISCARD ng_result ng_scene_gpu_update(struct ng_scene_gpu *scene, const struct ng_snapshot *snapshot,
                                            uint32_t width, uint32_t height);
 
+// After it, in frames whose picture is of another size: the camera's view of the picture.
+NG_NODISCARD ng_result ng_scene_gpu_add_picture(struct ng_scene_gpu *scene, uint32_t width, uint32_t height);
+
 // The vertex streams of a pipeline that draws scene geometry.
 enum ng_vertex_streams {
     NG_STREAMS_POSITION,                // location 0
@@ -51,6 +54,7 @@ void ng_scene_gpu_vertex_input(enum ng_vertex_streams streams, struct ng_gpu_gra
 
 // Bindings of set 0 that every pass over the scene has.
 struct ng_gpu_binding ng_scene_gpu_view(const struct ng_scene_gpu *scene, uint32_t binding);
+struct ng_gpu_binding ng_scene_gpu_picture_view(const struct ng_scene_gpu *scene, uint32_t binding);
 struct ng_gpu_binding ng_scene_gpu_instances(const struct ng_scene_gpu *scene, uint32_t binding);
 struct ng_gpu_binding ng_scene_gpu_materials(const struct ng_scene_gpu *scene, uint32_t binding);
 // View-projection of the camera, column-major, and whether it mirrors; for ng_draw_params.

@@ -115,6 +115,7 @@ struct ng_snapshot_camera {
     float view[16], previous_view[16]; // world to camera, column-major: orthonormal, perhaps mirrored
     float position[3];
     float fov_y, near_plane, exposure;
+    uint32_t subpixel; // which of the pictures that are averaged (render/subpixel.h); 0: a picture of its own
     bool orthographic; // sees `height` metres from top to bottom, whatever the distance; else by fov_y
     float height;
     bool auto_exposure;  // exposure is a factor on what the light meter finds

@@ -16,7 +16,7 @@ void main()
 {
     vec3 d = view.forward;
     if (!(view.range > 0))
-        d = normalize(d + in_ndc.x * view.right + in_ndc.y * view.down);
+        d = normalize(d + (in_ndc.x + view.shift.x) * view.right + (in_ndc.y + view.shift.y) * view.down);
     vec2 uv = environment_uv(environment_direction(d));
     out_emission = vec4(min(textureLod(map, uv, 0).rgb * push.radiance, NG_RADIANCE_MAX), 0);
 }

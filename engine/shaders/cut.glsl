@@ -7,7 +7,7 @@ bool is_cut(ng_material_data m, ng_instance_data instance, bool front, float alp
     if ((m.flags & (NG_MATERIAL_MASK | NG_MATERIAL_BLEND)) == 0)
         return false;
     uint surface = 2 * instance.entity + (front ? 1 : 0);
-    float threshold = ng_coverage_threshold(uint(gl_FragCoord.x), uint(gl_FragCoord.y), surface) + 0.5 * NG_COVERAGE_STEP;
+    float threshold = ng_coverage_threshold(uint(gl_FragCoord.x), uint(gl_FragCoord.y), surface, instance.subpixel) + 0.5 * NG_COVERAGE_STEP;
     if ((m.flags & NG_MATERIAL_BLEND) != 0)
         return alpha * factor < threshold;
     // Smaller levels hold the mean, of a mask about the share of texels that are there: where texels are smaller than pixels, the same

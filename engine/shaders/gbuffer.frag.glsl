@@ -18,7 +18,7 @@ layout(location = 4) in vec3 in_previous;
 // The point that this fragment shows: its pixel's ray, as far as its depth says.
 vec3 position_from_depth()
 {
-    vec2 ndc = gl_FragCoord.xy / view.size * 2 - 1;
+    vec2 ndc = gl_FragCoord.xy / view.size * 2 - 1 + view.shift;
     if (view.range > 0)
         return view.position + ndc.x * view.right + ndc.y * view.down +
                view.forward * (view.near_plane + (1 - gl_FragCoord.z) * view.range);

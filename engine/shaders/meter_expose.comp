@@ -6,11 +6,12 @@
 layout(local_size_x = 1) in;
 
 layout(set = 0, binding = 0) readonly buffer Counts { uint counts[NG_METER_COUNTS * NG_METER_BINS]; };
-layout(set = 0, binding = 1) readonly buffer Before { float before_exposure; };
-layout(set = 0, binding = 2) writeonly buffer After { float exposure; };
+layout(set = 0, binding = 1) readonly buffer Before { float before_exposure, before_found; };
+layout(set = 0, binding = 2) writeonly buffer After { float exposure, found; };
 layout(set = 0, binding = 3) readonly buffer Params {
     float factor;     // on what the meter says
     float adaptation; // part of the way, in stops; 1: all of it
+    float keeps;      // 1: what was found in the last frame is true still; 0: the counts say it
 };
 
 float total_of(int which)
@@ -38,9 +39,12 @@ float exposure_of(int which)
 void main()
 {
     const float surfaces = total_of(NG_METER_WHOLE), sky = total_of(NG_METER_SKY);
-    float wanted = factor * ng_meter_picture(ng_meter_both(exposure_of(NG_METER_DIRECT), exposure_of(NG_METER_WHOLE)),
-                                             exposure_of(NG_METER_SKY), surfaces / max(surfaces + sky, 1));
-    if (adaptation < 1 && before_exposure > 0 && wanted > 0)
-        wanted = before_exposure * exp2(adaptation * log2(wanted / before_exposure));
-    exposure = wanted;
+    const float counted = ng_meter_picture(ng_meter_both(exposure_of(NG_METER_DIRECT), exposure_of(NG_METER_WHOLE)),
+                                           exposure_of(NG_METER_SKY), surfaces / max(surfaces + sky, 1));
+    const float meter = keeps > 0 ? before_found : counted;
+    const float wanted = factor * meter;
+    found = meter;
+    exposure = adaptation < 1 && before_exposure > 0 && wanted > 0
+                   ? before_exposure * exp2(adaptation * log2(wanted / before_exposure))
+                   : wanted;
 }

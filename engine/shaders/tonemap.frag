@@ -13,7 +13,8 @@ layout(set = 0, binding = 3) uniform sampler2D right_map;
 layout(set = 0, binding = 4) uniform sampler2D right_divisor_map;
 layout(set = 0, binding = 5, scalar) readonly buffer Shown { ng_display_data display; };
 layout(set = 0, binding = 6, scalar) readonly buffer Exposure { float exposure; };
-layout(set = 0, binding = 7) uniform sampler2D position_map; // w: 0 where there is no surface, -1 where one is shown as it is
+layout(set = 0, binding = 7) uniform sampler2D position_map; // w: 0 where there is no surface, -1 where one is shown as it is;
+                                                             // or shares
 
 layout(location = 0) in vec2 in_ndc;
 layout(location = 0) out vec4 out_color;
@@ -35,6 +36,13 @@ vec4 fetch_mean(sampler2D map)
     return mix(above, below, fract(at.y));
 }
 
+// Of a pixel: the part in which nothing is seen, and that of what is unlit.
+vec2 shares()
+{
+    const vec4 texel = fetch(position_map);
+    return display.averaged != 0 ? texel.xy : vec2(texel.w == 0 ? 1 : 0, texel.w < 0 ? 1 : 0);
+}
+
 // What is shown of a texel, before it is encoded: radiance is exposed.
 vec3 value_of(uint encoding, vec4 texel, vec4 divisor)
 {
@@ -42,7 +50,7 @@ vec3 value_of(uint encoding, vec4 texel, vec4 divisor)
     case NG_SHOWN_RADIANCE:
         return max(texel.rgb * exposure, vec3(0));
     case NG_SHOWN_BEAUTY: // what is unlit is a colour of the display already
-        return max(texel.rgb * (fetch(position_map).w < 0 ? 1 : exposure), vec3(0));
+        return max(texel.rgb * mix(exposure, 1, shares().y), vec3(0));
     case NG_SHOWN_RATIO:
         return mix(vec3(1), texel.rgb / max(divisor.rgb, vec3(1e-30)), greaterThan(divisor.rgb, vec3(0)));
     case NG_SHOWN_DIRECTION:
@@ -58,17 +66,13 @@ vec3 encode(uint encoding, vec3 x)
 {
     if (encoding == NG_SHOWN_DIRECTION)
         return x;
-    bool radiance = encoding == NG_SHOWN_RADIANCE || encoding == NG_SHOWN_BEAUTY;
-    const float surface = fetch(position_map).w;
-    if (encoding == NG_SHOWN_BEAUTY && surface == 0 && display.background != vec3(0)) {
-        x = display.background;
-        radiance = false;
+    const bool beauty = encoding == NG_SHOWN_BEAUTY, radiance = encoding == NG_SHOWN_RADIANCE || beauty;
+    const vec2 share = beauty ? shares() : vec2(0);
+    const float peak = max(x.r, max(x.g, x.b)), toe = min(x.r, min(x.g, x.b));
+    for (int i = 0; i < 3; i++) {
+        const float mapped = radiance ? ng_tonemap(x[i], peak, toe) : x[i];
+        x[i] = ng_srgb_encode(mix(mapped, x[i], share.y) + share.x * display.background[i]);
     }
-    if (encoding == NG_SHOWN_BEAUTY && surface < 0)
-        radiance = false;
-    float peak = max(x.r, max(x.g, x.b)), toe = min(x.r, min(x.g, x.b));
-    for (int i = 0; i < 3; i++)
-        x[i] = ng_srgb_encode(radiance ? ng_tonemap(x[i], peak, toe) : x[i]);
     return x;
 }
 

@@ -20,7 +20,7 @@ uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_fr
                              s->scene_radius,       s->scene_center[0],    s->scene_center[1],
                              s->scene_center[2],    s->camera.position[0], s->camera.position[1],
                              s->camera.position[2], s->place_size};
-    const uint64_t words[] = {s->surface_version, frame->width, frame->height};
+    const uint64_t words[] = {s->surface_version, frame->width, frame->height, s->camera.subpixel};
     uint64_t key = ng_key_add_bytes(NG_KEY, words, sizeof words);
     key = ng_key_add_bytes(key, numbers, sizeof numbers);
     key = ng_key_add_bytes(key, s->camera.view, sizeof s->camera.view);

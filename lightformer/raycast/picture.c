@@ -131,10 +131,10 @@ static bool is_written(const struct drawing *d, const struct lf_tile *tile, int 
 static struct lf_finish_view finish_view(const struct drawing *d, uint32_t x, uint32_t y)
 {
     const struct lf_view *v = &d->view;
-    struct lf_finish_view out = {
-        .parallel = v->parallel,
-        .pixels = {d->pixels[0], d->pixels[1]},
-        .middle = {0.5f * (float)v->width - ((float)x + 0.5f), 0.5f * (float)v->height - ((float)y + 0.5f)}};
+    struct lf_finish_view out = {.parallel = v->parallel,
+                                 .pixels = {d->pixels[0], d->pixels[1]},
+                                 .middle = {0.5f * (float)v->width * (1 - v->shift[0]) - ((float)x + 0.5f),
+                                            0.5f * (float)v->height * (1 - v->shift[1]) - ((float)y + 0.5f)}};
     memcpy(out.previous, d->snapshot->camera.previous_view, sizeof out.previous);
     return out;
 }
@@ -246,8 +246,8 @@ static void add_box(const struct lf_view *v, const float low[3], const float hig
         for (int k = 0; k < 2; k++) {
             float size = (float)(k ? v->height : v->width);
             float at = lf_dot(way, axes[k]) / (lf_dot(axes[k], axes[k]) * ahead);
-            first[k] = seen ? lf_min(first[k], (at * 0.5f + 0.5f) * size - 1) : 0;
-            end[k] = seen ? lf_max(end[k], (at * 0.5f + 0.5f) * size + 2) : size;
+            first[k] = seen ? lf_min(first[k], (at * 0.5f + 0.5f) * size - 2) : 0;
+            end[k] = seen ? lf_max(end[k], (at * 0.5f + 0.5f) * size + 3) : size;
         }
         if (!seen)
             return;

@@ -43,7 +43,7 @@ struct pass_data {
     const struct ng_frame_info *frame;
     const struct lf_ray_scene *rays;
     struct ng_gbuffer images;
-    bool lamps;
+    bool lamps, picture; // lamps alone; of the picture, not of light
 };
 
 static ng_result draw(const struct ng_pass_context *ctx)
@@ -52,8 +52,8 @@ static ng_result draw(const struct ng_pass_context *ctx)
     const struct lf_raycast_job job = {
         .tracer = d->rays->tracer,
         .jobs = d->self->params.jobs,
-        .picture = {.width = d->frame->width,
-                    .height = d->frame->height,
+        .picture = {.width = d->picture ? d->frame->picture[0] : d->frame->width,
+                    .height = d->picture ? d->frame->picture[1] : d->frame->height,
                     .position = ng_pass_memory(ctx, d->images.position).data,
                     .normal = ng_pass_memory(ctx, d->images.normal).data,
                     .diffuse = ng_pass_memory(ctx, d->images.diffuse).data,
@@ -78,7 +78,7 @@ static void add_pass(struct ng_graph *g, const char *name, struct pass_data *dat
     struct ng_graph_ref *images[NG_GBUFFER_COLORS];
     ng_gbuffer_colors(&data->images, images);
     for (int i = 0; i < NG_GBUFFER_COLORS && !data->lamps; i++)
-        *images[i] = ng_gbuffer_add_color(g, i, data->frame);
+        *images[i] = ng_gbuffer_add_color(g, i, data->frame, data->picture);
     struct ng_pass *pass = ng_graph_add_pass(
         g, &(struct ng_pass_params){
                .name = name, .kind = NG_PASS_CPU, .run = draw, .data = data, .data_size = sizeof *data});
@@ -113,6 +113,18 @@ static ng_result produce(struct ng_composer *composer, void *user)
     return ng_composer_publish(composer, &ng_gbuffer_behind_lamps_item, &data.images);
 }
 
+static ng_result publish_picture(struct ng_composer *composer, struct pass_data data, bool lamps)
+{
+    data.picture = true;
+    data.lamps = false;
+    data.images = (struct ng_gbuffer){.lamps = lamps};
+    add_pass(ng_composer_graph(composer), "gbuffer:picture", &data);
+    data.lamps = true;
+    if (lamps)
+        add_pass(ng_composer_graph(composer), "gbuffer lamps:picture", &data);
+    return ng_composer_publish(composer, &ng_gbuffer_picture_item, &data.images);
+}
+
 static ng_result consume(struct ng_composer *composer, void *user)
 {
     struct pass_data data = {.self = user,
@@ -125,7 +137,8 @@ static ng_result consume(struct ng_composer *composer, void *user)
     data.images = *behind;
     if (behind->lamps)
         add_pass(ng_composer_graph(composer), "gbuffer lamps", &data);
-    return ng_composer_publish(composer, &ng_gbuffer_item, &data.images);
+    NG_TRY(ng_composer_publish(composer, &ng_gbuffer_item, &data.images));
+    return ng_frame_is_guided(data.frame) ? publish_picture(composer, data, behind->lamps) : NG_OK;
 }
 
 ng_result lf_raycast_join(struct lf_raycast *self, struct ng_composer *composer)

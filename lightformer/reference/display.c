@@ -1,6 +1,7 @@
 // What a display shows of a picture, as engine/render/display.h and meter.h do it on the GPU.
 #include "base/log.h"
 #include "lightformer/reference/reference_internal.h"
+#include "render/subpixel.h"
 #include "shaders/shared/meter.h"
 #include "shaders/shared/tonemap.h"
 
@@ -54,7 +55,7 @@ static struct shares find_shares(const struct lf_reference *r, struct lf_path_sc
     for (int i = 0; r->params.antialias && i < EDGE * EDGE; i++) {
         const int column = i % EDGE, row = i / EDGE;
         float u = ((float)column + 0.5f) / EDGE, v = ((float)row + 0.5f) / EDGE;
-        const float at[2] = {center[0] + lf_tent(u), center[1] + lf_tent(v)};
+        const float at[2] = {center[0] + ng_subpixel_tent(u), center[1] + ng_subpixel_tent(v)};
         add_sight(r, scene, at, NULL, 1.0f / (EDGE * EDGE), &sum);
     }
     return sum;

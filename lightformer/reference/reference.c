@@ -9,6 +9,7 @@
 #include "base/system.h"
 #include "lightformer/reference/reference_internal.h"
 #include "lightformer/trace/vec.h"
+#include "render/subpixel.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -207,8 +208,8 @@ static void find_primary(struct batch *b, uint32_t x, uint32_t y, const struct l
     if (r->params.antialias) {
         float u[2];
         lf_sampler_2d(&path->sampler, u);
-        place[0] += lf_tent(u[0]);
-        place[1] += lf_tent(u[1]);
+        place[0] += ng_subpixel_tent(u[0]);
+        place[1] += ng_subpixel_tent(u[1]);
     }
     struct lf_primary *primary = &b->primaries[b->count];
     struct lf_ray ray = lf_reference_ray(r, place[0], place[1]);

@@ -33,12 +33,6 @@ static inline size_t lf_pixel_count(const struct lf_reference *r)
     return (size_t)r->params.region.width * r->params.region.height;
 }
 
-// A point of the tent of radius 1 around 0: where antialiased paths begin, from the pixel's centre.
-static inline float lf_tent(float u)
-{
-    return u < 0.5f ? sqrtf(2 * u) - 1 : 1 - sqrtf(2 - 2 * u);
-}
-
 // The ray through a point of the whole picture, pixels.
 struct lf_ray lf_reference_ray(const struct lf_reference *r, float x, float y);
 struct lf_path_scene lf_reference_scene(const struct lf_reference *r, struct lf_path_stats *stats);

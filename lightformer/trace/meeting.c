@@ -89,7 +89,7 @@ static bool is_cut_in_view(const struct lf_query *q, const struct lf_trace_slot 
     lf_footprint_find(q->tracer, &hit, right, down, &footprint);
     const struct lf_alpha alpha = lf_surface_alpha(q->tracer, &hit, &footprint);
     return is_cut_for_pixel(s->seen.material, &alpha,
-                            ng_coverage_threshold(pixel[0], pixel[1], name_surface(s, ray, h)));
+                            ng_coverage_threshold(pixel[0], pixel[1], name_surface(s, ray, h), v->subpixel));
 }
 
 static bool is_cut(const struct lf_query *q, const struct RTCRay *ray, const struct RTCHit *h)
@@ -106,7 +106,7 @@ static bool is_cut(const struct lf_query *q, const struct RTCRay *ray, const str
     if (m->alpha_mode == NG_ALPHA_MASK)
         return alpha < m->alpha_cutoff;
     uint32_t surface = name_surface(s, ray, h);
-    return alpha <= (q->pixel ? ng_coverage_threshold(q->pixel[0], q->pixel[1], surface)
+    return alpha <= (q->pixel ? ng_coverage_threshold(q->pixel[0], q->pixel[1], surface, 0)
                               : ray_threshold(ray, surface, h->primID));
 }
 

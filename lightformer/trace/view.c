@@ -10,18 +10,7 @@
 #include "lightformer/trace/embree_internal.h"
 #include "lightformer/trace/surface.h"
 #include "render/camera.h"
-
-struct lf_view lf_view_of(const struct ng_snapshot_camera *camera, uint32_t width, uint32_t height)
-{
-    const struct ng_camera_rays rays = ng_camera_rays_of(camera, (float)width / (float)height);
-    struct lf_view v = {
-        .near_plane = camera->near_plane, .parallel = camera->orthographic, .width = width, .height = height};
-    memcpy(v.position, camera->position, sizeof v.position);
-    memcpy(v.right, rays.right, sizeof v.right);
-    memcpy(v.down, rays.down, sizeof v.down);
-    memcpy(v.forward, rays.forward, sizeof v.forward);
-    return v;
-}
+#include "render/subpixel.h"
 
 // Where in a pixel its ray passes: a hair beside the middle. Through the very middle of pixels lie edges of
 // rooms that stand as their camera does, and which of two surfaces that meet in an edge is met depends on the
@@ -29,11 +18,27 @@ struct lf_view lf_view_of(const struct ng_snapshot_camera *camera, uint32_t widt
 #define ACROSS 1.3e-6f // in halves of the picture: some steps of the numbers there
 #define DOWN   -1.1e-6f
 
+struct lf_view lf_view_of(const struct ng_snapshot_camera *camera, uint32_t width, uint32_t height)
+{
+    const struct ng_camera_rays rays = ng_camera_rays_of(camera, (float)width / (float)height);
+    struct lf_view v = {
+        .near_plane = camera->near_plane, .parallel = camera->orthographic, .width = width, .height = height};
+    ng_subpixel_shift(camera->subpixel, v.shift);
+    v.subpixel = camera->subpixel;
+    v.shift[0] = 2 * v.shift[0] / (float)width + ACROSS;
+    v.shift[1] = 2 * v.shift[1] / (float)height + DOWN;
+    memcpy(v.position, camera->position, sizeof v.position);
+    memcpy(v.right, rays.right, sizeof v.right);
+    memcpy(v.down, rays.down, sizeof v.down);
+    memcpy(v.forward, rays.forward, sizeof v.forward);
+    return v;
+}
+
 struct lf_ray lf_view_ray(const struct lf_view *v, uint32_t x, uint32_t y)
 {
     struct lf_ray ray = {.far = INFINITY};
-    float right = 2 * ((float)x + 0.5f) / (float)v->width - 1 + ACROSS,
-          down = 2 * ((float)y + 0.5f) / (float)v->height - 1 + DOWN;
+    float right = 2 * ((float)x + 0.5f) / (float)v->width - 1 + v->shift[0],
+          down = 2 * ((float)y + 0.5f) / (float)v->height - 1 + v->shift[1];
     memcpy(ray.origin, v->position, sizeof ray.origin);
     memcpy(ray.direction, v->forward, sizeof ray.direction);
     float *moved = v->parallel ? ray.origin : ray.direction;
@@ -80,8 +85,8 @@ static void aim(const struct lf_view *v, uint32_t x, uint32_t y, struct lf_tile 
         (*moved)[LF_PACKET] = v->parallel ? tile->origin : tile->direction;
     for (uint32_t i = 0; i < LF_PACKET; i++) {
         uint32_t column = x + i % LF_TILE, row = y + i / LF_TILE;
-        right[i] = 2 * ((float)column + 0.5f) / (float)v->width - 1 + ACROSS;
-        down[i] = 2 * ((float)row + 0.5f) / (float)v->height - 1 + DOWN;
+        right[i] = 2 * ((float)column + 0.5f) / (float)v->width - 1 + v->shift[0];
+        down[i] = 2 * ((float)row + 0.5f) / (float)v->height - 1 + v->shift[1];
     }
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < LF_PACKET; i++) {

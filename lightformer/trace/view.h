@@ -25,6 +25,8 @@ struct lf_view {
     float near_plane;
     bool parallel;
     uint32_t width, height;
+    uint32_t subpixel; // as in struct ng_snapshot_camera
+    float shift[2];    // of rays from the middles of pixels, in halves of the picture
 };
 struct lf_view lf_view_of(const struct ng_snapshot_camera *camera, uint32_t width, uint32_t height);
 

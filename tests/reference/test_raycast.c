@@ -54,16 +54,24 @@ static void close_artist(struct artist *a)
     ng_stage_destroy(&a->stage);
 }
 
+// Whether the rays of the second frame pass beside the middles of pixels.
+static bool shifted;
+
 // The second of two frames, so that there is motion.
 static void draw(struct artist *a, uint32_t width, uint32_t height, void (*change)(struct ng_stage *),
                  struct ng_layer layers[LAYERS])
 {
-    struct ng_stage_frame frame = {
-        .width = width, .height = height, .layers = names, .layer_count = LAYERS, .time = 0.4};
+    struct ng_stage_frame frame = {.width = width,
+                                   .height = height,
+                                   .layers = names,
+                                   .layer_count = LAYERS,
+                                   .time = 0.4,
+                                   .averaged = shifted};
     if (change)
         change(a->stage);
     OK(ng_stage_draw(a->stage, &frame));
     frame.time += 1 / 30.0;
+    frame.averaged *= 2;
     OK(ng_stage_draw(a->stage, &frame));
     for (int i = 0; i < LAYERS; i++)
         OK(ng_renderer_layer(a->stage->renderer, names[i], &layers[i]));
@@ -203,6 +211,18 @@ static void test_chess(void **state)
     compare("content/chess/chess.glb", 256, 256, NULL);
 }
 
+// Whichever of the pictures it is that are averaged (render/subpixel.h).
+static void test_shifted_rays(void **state)
+{
+    (void)state;
+    shifted = true;
+    compare("content/chess/chess.glb", 192, 128, NULL);
+    compare("tests/files/materials/blend_30.gltf", 192, 192, NULL);
+    compare("content/unit/light_environment.glb", 96, 64, NULL);
+    compare("content/unit/materials.glb", 96, 64, view_look_in_parallel);
+    shifted = false;
+}
+
 // Every light that has a place, in front of the camera and shining at it.
 static void hang_lights_in_view(struct ng_stage *stage)
 {
@@ -326,6 +346,7 @@ int main(void)
                                        cmocka_unit_test(test_cameras),
                                        cmocka_unit_test(test_sizes),
                                        cmocka_unit_test(test_chess),
+                                       cmocka_unit_test(test_shifted_rays),
                                        cmocka_unit_test(test_lamps),
                                        cmocka_unit_test(test_threads),
                                        cmocka_unit_test(test_instruction_sets)};

@@ -24,8 +24,9 @@ NG_SHADER_FN ng_uint ng_coverage_hash(ng_uint x)
     return x ^ (x >> 16);
 }
 
-// In [0, 1), of a surface in a place of a picture. `surface`: index of the entity and which side.
-NG_SHADER_FN float ng_coverage_threshold(ng_uint x, ng_uint y, ng_uint surface)
+// In [0, 1), of a surface in a place of a picture. `surface`: index of the entity and which side. `number`:
+// of the picture, where several are averaged; any few in a row lie evenly (the golden ratio's sequence).
+NG_SHADER_FN float ng_coverage_threshold(ng_uint x, ng_uint y, ng_uint surface, ng_uint number)
 {
     ng_uint hash = ng_coverage_hash(surface);
     // Steps along a row and from row to row, of 2^32: powers of the plastic number, and others like them, of
@@ -35,7 +36,7 @@ NG_SHADER_FN float ng_coverage_threshold(ng_uint x, ng_uint y, ng_uint surface)
     ng_uint wave = (hash >> 2) % 6u * 2u;
     ng_uint a = steps[wave + (hash & 1u)], b = steps[wave + 1u - (hash & 1u)];
     b = (hash & 2u) != 0u ? 0u - b : b;
-    ng_uint t = a * x + b * y + hash;
+    ng_uint t = a * x + b * y + hash + number * 2654435769u;
     return ng_float(t >> 8) * NG_COVERAGE_STEP;
 }
 

@@ -25,6 +25,7 @@ struct ng_display_data {
     NG_UINT(comparison); // NG_COMPARE_*
     NG_FLOAT(divider);   // pixels from the left edge
     NG_FLOAT(cell);      // difference: pixels a side of a texel of both layers, at least 1
+    NG_UINT(averaged);   // the map of positions is one of shares (render/antialias.h)
     NG_VEC3(background); // where nothing is seen: linear 0..1
 };
 

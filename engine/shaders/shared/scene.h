@@ -21,14 +21,16 @@ struct ng_view_data {
     NG_FLOAT(near_plane);
     NG_FLOAT(range); // orthographic: depth of the slab that is seen, metres; perspective: 0
     NG_VEC2(size);   // pixels
+    NG_VEC2(shift);  // of rays from the middles of pixels, in halves of the picture (render/subpixel.h)
 };
 
 struct ng_instance_data {
     NG_MAT3X4(matrix); // object to world
     NG_MAT3X4(previous_matrix);
     NG_UINT(material);
-    NG_UINT(entity); // index half of the id
-    NG_UINT(flags);  // NG_INSTANCE_* of render/snapshot.h
+    NG_UINT(entity);   // index half of the id
+    NG_UINT(flags);    // NG_INSTANCE_* of render/snapshot.h
+    NG_UINT(subpixel); // of the camera: what blends covers another part of the pixels in each picture
 };
 
 // The textures of a material, in the order of their bindings in set 1 (enum ng_material_texture).
