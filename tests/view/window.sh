@@ -1,9 +1,10 @@
 #!/bin/sh
 # What tests of `lightformer view` share. To be sourced in the folder of the screenshots; wants `program` and `scene`.
 # shellcheck shell=sh disable=SC2154
-# start OPTION...: opens the scene in a window.
+# start OPTION...: opens the scene in a window, in which pictures at rest are the mean of $averaged.
+averaged=1
 start() {
-    "$program" view "$scene" "$@" >log 2>&1 &
+    "$program" view "$scene" --aa "$averaged" "$@" >log 2>&1 &
     mark=0
     viewer=$!
 }

@@ -3,6 +3,8 @@
 // Two runs over the same frames. The first is the scene as anybody would draw it: frame time, passes, memory.
 // The second redraws every light in every frame and adds passes that draw depth alone; it gives the ratios,
 // which mean the same on any machine, and nothing else. Each part is printed once it is known.
+#include "bench_flicker.h"
+#include "bench_interactive.h"
 #include "bench_net.h"
 #include "bench_neural.h"
 #include "bench_pace.h"
@@ -35,8 +37,8 @@
 struct bench {
     const char *scene, *device, *weights;
     uint32_t frames, seconds, threads, method, gbuffer;
-    struct cli_size size;
-    bool budget, reference, net, json;
+    struct cli_size size, window;
+    bool budget, flicker, interactive, reference, net, json;
     uint32_t samples, lights, kernel;
     struct opening opening;
 };
@@ -44,6 +46,10 @@ struct bench {
 // What the measurements that stand instead of frames have no use for.
 static const char *const not_with_reference[] = {"--net",    "--frames", "--seconds", "--method", "--weights",
                                                  "--budget", "--device", "--gbuffer", NULL};
+static const char *const not_with_interactive[] = {"--net",       "--frames",  "--budget", "--flicker",
+                                                   "--reference", "--gbuffer", "--size",   NULL};
+static const char *const not_with_flicker[] = {"--net",       "--frames",  "--budget",
+                                               "--reference", "--gbuffer", NULL};
 static const char *const not_with_net[] = {"--method", "--seconds", "--weights",   "--budget",
                                            "--device", "--gbuffer", OPENING_NAMES, NULL};
 
@@ -73,6 +79,24 @@ static const struct cli_option options[] = {
      .kind = CLI_FLAG,
      .offset = offsetof(struct bench, budget),
      .doc = "only what a frame takes: neither ratios of passes, nor growth, memory and first picture"},
+    {.name = "--interactive",
+     .kind = CLI_FLAG,
+     .offset = offsetof(struct bench, interactive),
+     .excludes = not_with_interactive,
+     .doc =
+         "instead: pictures a second in windows of three sizes, and how soon they are whole after an edit"},
+    {.name = "--flicker",
+     .kind = CLI_FLAG,
+     .offset = offsetof(struct bench, flicker),
+     .excludes = not_with_flicker,
+     .doc = "instead: what changes from frame to frame beyond what moves, while a camera or a lamp does"},
+    {.name = "--window",
+     .kind = CLI_SIZE,
+     .offset = offsetof(struct bench, window),
+     .value = "WxH",
+     .min = 1,
+     .max = 16384,
+     .doc = "a window of this size alone (--interactive), or pictures (--flicker)"},
     {.name = "--reference",
      .kind = CLI_FLAG,
      .offset = offsetof(struct bench, reference),
@@ -528,6 +552,10 @@ static int run(const void *args)
                 b->weights ? "--weights" : "--gbuffer");
         return CLI_USAGE;
     }
+    if (b->window.width && !b->interactive && !b->flicker) {
+        fputs("lightformer bench: --window needs --interactive or --flicker\n", stderr);
+        return CLI_USAGE;
+    }
     if (!opening_check(&b->opening, "bench"))
         return CLI_USAGE;
     const struct bench_reference_params reference = {.scene = b->scene,
@@ -543,9 +571,29 @@ static int run(const void *args)
                                          .threads = b->threads,
                                          .kernel = b->kernel,
                                          .json = b->json};
+    const struct bench_interactive_params interactive = {.scene = b->scene,
+                                                         .device = b->device,
+                                                         .weights = b->weights,
+                                                         .opening = &b->opening,
+                                                         .size = b->window,
+                                                         .method = b->method,
+                                                         .threads = b->threads,
+                                                         .json = b->json};
+    const struct bench_flicker_params flicker = {.scene = b->scene,
+                                                 .device = b->device,
+                                                 .weights = b->weights,
+                                                 .opening = &b->opening,
+                                                 .size = b->window,
+                                                 .method = b->method,
+                                                 .threads = b->threads,
+                                                 .json = b->json};
     ng_result result = b->net ? NG_OK : scene_file_check(b->scene);
     if (result == NG_OK)
-        result = b->net ? bench_net(&net) : b->reference ? bench_reference(&reference) : measure_frames(b);
+        result = b->net           ? bench_net(&net)
+                 : b->interactive ? bench_interactive(&interactive)
+                 : b->flicker     ? bench_flicker(&flicker)
+                 : b->reference   ? bench_reference(&reference)
+                                  : measure_frames(b);
     return result == NG_OK ? CLI_DONE : CLI_FAILED;
 }
 

@@ -5,6 +5,7 @@
 #include "output.h"
 #include "pose.h"
 #include "progress.h"
+#include "render_antialias.h"
 #include "render_clues.h"
 #include "render_reference.h"
 #include "scene_file.h"
@@ -31,13 +32,14 @@ struct render {
     const char *scene, *camera, *pose, *graph, *device, *resume, *weights;
     struct cli_texts outputs, clues;
     uint32_t method, gbuffer, aovs, threads;
-    struct cli_size size;
+    struct cli_size size, light;
     struct cli_range frames, variation;
     double time;
-    // Of the method "reference":
-    uint32_t samples, depth, sampler, seed;
-    double clamp, time_limit;
     bool antialias;
+    uint32_t samples; // of --aa, and of the method "reference"
+    // Of the latter:
+    uint32_t depth, sampler, seed;
+    double clamp, time_limit;
     struct opening opening;
 };
 
@@ -91,6 +93,14 @@ static const struct cli_option options[] = {
     CLI_WEIGHTS(struct render),
     CLI_GBUFFER(struct render),
     CLI_PIXELS(struct render, "512x512"),
+    {.name = "--light",
+     .kind = CLI_SIZE,
+     .flags = CLI_PICTURE,
+     .offset = offsetof(struct render, light),
+     .value = "WxH",
+     .min = 1,
+     .max = 16384,
+     .doc = "computes light for so many pixels and upsamples it, as view does while something moves"},
     {.name = "--time",
      .kind = CLI_REAL,
      .flags = CLI_PICTURE,
@@ -149,7 +159,7 @@ static const struct cli_option options[] = {
      .value = "N",
      .min = 1,
      .max = 1000000,
-     .doc = "reference: paths a pixel; 64 if not given"},
+     .doc = "reference: paths a pixel, 64 if not given; others with --aa: pictures that are averaged, 17"},
     {.name = "--depth",
      .kind = CLI_COUNT,
      .flags = CLI_PICTURE,
@@ -182,7 +192,7 @@ static const struct cli_option options[] = {
      .kind = CLI_FLAG,
      .flags = CLI_PICTURE,
      .offset = offsetof(struct render, antialias),
-     .doc = "reference: filter over the pixel instead of starting at its centre"},
+     .doc = "antialiased: filtered over the pixel instead of seen through its centre"},
     {.name = "--time-limit",
      .kind = CLI_REAL,
      .offset = offsetof(struct render, time_limit),
@@ -214,6 +224,7 @@ struct job {
     uint32_t wanted_count;
     bool display;
     struct render_clues clues;
+    struct render_middles middles; // of the last picture, with --aa
 };
 
 static bool is_exr(const char *path)
@@ -229,8 +240,7 @@ static bool refuse(const char *why)
 
 static bool check_method(const struct render *r)
 {
-    bool asked = r->samples || r->depth || r->sampler || r->seed || r->clamp > 0 || r->antialias ||
-                 r->time_limit > 0 || r->resume;
+    bool asked = r->depth || r->sampler || r->seed || r->clamp > 0 || r->time_limit > 0 || r->resume;
     if (r->weights && strcmp(lf_method_name(r->method), "neural") != 0)
         return refuse("--weights needs --method neural");
     if (r->gbuffer && strcmp(lf_method_name(r->method), "neural") != 0)
@@ -239,11 +249,18 @@ static bool check_method(const struct render *r)
         return refuse("--clue needs --method neural");
     if (r->clues.count && r->frames.given)
         return refuse("--clue is of one picture, not of --frames");
+    if (r->clues.count && r->antialias)
+        return refuse("--clue is of one picture, not of the mean of several that --aa makes");
     if (!render_clues_check(&r->clues))
         return false;
+    if (r->light.width && (is_reference(r) || r->antialias || r->aovs || r->clues.count))
+        return refuse(
+            "--light is of one picture, and has neither layers nor clues; --method reference has none");
+    if (!is_reference(r) && r->samples && !r->antialias)
+        return refuse("--spp needs --aa, or --method reference");
     if (!is_reference(r))
-        return !asked || refuse("--spp, --depth, --sampler, --seed, --clamp, --aa, --time-limit and --resume "
-                                "need --method reference");
+        return !asked || refuse("--depth, --sampler, --seed, --clamp, --time-limit and --resume need "
+                                "--method reference");
     if (r->graph || r->device)
         return refuse("--method reference has neither a graph nor a device");
     if (r->resume && r->frames.given)
@@ -341,13 +358,18 @@ static ng_result draw(struct job *job, double time)
         .camera = job->camera,
         .width = job->render->size.width,
         .height = job->render->size.height,
+        .light_width = job->render->light.width,
+        .light_height = job->render->light.height,
         .method = lf_method_name(job->render->method),
         .layers = job->wanted,
         .layer_count = job->wanted_count,
         .resources = job->clues.resources,
         .resource_count = job->render->clues.count,
     };
-    return ng_stage_draw(job->stage, &frame);
+    if (!job->render->antialias)
+        return ng_stage_draw(job->stage, &frame);
+    job->samples = job->render->samples ? job->render->samples : RENDER_ANTIALIAS_SAMPLES;
+    return render_antialias_draw(job->stage, &frame, job->samples, &job->middles);
 }
 
 // The last frame, as the renderer has it.
@@ -356,16 +378,11 @@ static ng_result fetch_frame(const struct job *job, struct output_layer *layers,
     struct ng_renderer *renderer = job->stage->renderer;
     *out = (struct output_picture){.layers = layers, .layer_count = job->layer_count};
     for (uint32_t i = 0; i < job->layer_count; i++) {
-        struct ng_layer layer;
-        NG_TRY(ng_renderer_layer(renderer, job->layers[i], &layer));
-        layers[i] =
-            (struct output_layer){.name = layer.info->name,
-                                  .channel_names = layer.info->channels,
-                                  .channels = layer.channels,
-                                  .uint = layer.info->uint,
-                                  .pixels = layer.info->uint ? (const void *)layer.ids : layer.pixels};
-        out->width = layer.width;
-        out->height = layer.height;
+        const struct output_layer *middle = render_middles_find(&job->middles, job->layers[i]);
+        if (middle)
+            layers[i] = *middle;
+        else
+            NG_TRY(render_fetch_layer(renderer, job->layers[i], &layers[i], &out->width, &out->height));
     }
     return job->display ? ng_renderer_display(renderer, &out->display, &out->width, &out->height) : NG_OK;
 }
@@ -682,6 +699,7 @@ static int run(const void *args)
     render_reference_destroy(&job.reference);
     lf_method_destroy(&job.method);
     lf_scene_sampler_destroy(&job.sampler);
+    render_middles_finish(&job.middles);
     ng_stage_destroy(&job.stage);
     return code;
 }
@@ -695,6 +713,7 @@ bool render_canonical(const struct render_picture *p, char *out, size_t size)
                        .time = p->time,
                        .method = lf_method_find(p->method),
                        .samples = p->samples,
+                       .antialias = p->antialias,
                        .opening = p->opening};
     return cli_canonical(&cli_render_command, &r, out, size);
 }

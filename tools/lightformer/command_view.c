@@ -29,7 +29,7 @@
 
 struct view {
     const char *scene, *device, *weights, *shaders, *pose;
-    uint32_t threads, method, layer, comparison, other, samples, frames;
+    uint32_t threads, method, layer, comparison, other, samples, frames, averaged;
     double time;
     struct cli_size size;
     struct opening opening;
@@ -72,6 +72,14 @@ static const struct cli_option options[] = {
      .fallback = "0",
      .max = 1000000,
      .doc = "reference: rests after so many paths a pixel; 0: never"},
+    {.name = "--aa",
+     .kind = CLI_COUNT,
+     .offset = offsetof(struct view, averaged),
+     .value = "N",
+     .fallback = "33",
+     .min = 1,
+     .max = 100000,
+     .doc = "at rest: pictures that are averaged, as far as they fit into 3 s; 1: none"},
     {.name = "--time",
      .kind = CLI_REAL,
      .flags = CLI_PICTURE,
@@ -120,6 +128,7 @@ static const char keys[] =
                       "Escape        quit";
 
 #define SCRUB_S          0.1
+#define STILL_S          3.0        // after which a picture at rest is as smooth as it gets
 #define STOPS            (1.0f / 3) // a step of the exposure
 #define MOST_STOPS       16.0f
 #define ADAPTED_S        2.5 // after which the exposure may as well be where it should be
@@ -147,11 +156,15 @@ struct viewer {
     struct ng_playback playback;
     struct view_picture picture;
     struct view_rate rate;
-    double now, changed, handed; // seconds: this poll's, when the order last changed, when one was handed in
+    // Seconds: this poll's, when the order last changed, when one was handed in, when the first whole picture
+    // of something at rest was.
+    double now, changed, handed, rested;
     // Of the worker:
     struct view_order begun;
     struct view_frame made;
     bool jumped, moves;      // of what was begun: its time did; its camera is not where it was
+    bool moving;             // it may have fewer pixels
+    uint32_t averaged;       // pictures
     float seconds;           // since the one before
     bool begun_any, waiting; // something was begun, and what came of it has not been looked at
     bool again;              // what came of it is no picture, or shaders have changed since
@@ -163,6 +176,7 @@ struct viewer {
     struct ng_input input; // of all polls since the user interface was last drawn
     double since_shown;
     bool jumps;       // the time has jumped since the last order was handed in
+    uint32_t shots;   // to take of the next whole picture
     uint32_t redraws; // still to do
     uint32_t frames, mark;
     double title_set;
@@ -230,12 +244,42 @@ static bool adapts(const struct viewer *v)
     return v->shown.auto_exposure && v->handed < v->changed + ADAPTED_S;
 }
 
+// Whether the light in two pictures is the same, pixel by pixel, however it is exposed.
+static bool same_light(const struct view_order *a, const struct view_order *b)
+{
+    struct view_order exposed = *a;
+    exposed.stops = b->stops;
+    return same_order(&exposed, b);
+}
+
+// Pictures that are averaged in what is shown, to which one of the order can be added.
+static uint32_t count_averaged(const struct viewer *v)
+{
+    bool goes_on = !v->again && v->shown.whole && same_light(&v->order, &v->begun);
+    return goes_on && view_order_antialiases(&v->order) ? v->shown.averaged : 0;
+}
+
+// As many as there is time for.
+static bool has_time_to_average(const struct viewer *v)
+{
+    return v->shown.averaged < v->args->averaged && v->now + v->shown.ms * 1e-3 <= v->rested + STILL_S;
+}
+
 static bool wants_picture(const struct viewer *v)
 {
     if (!v->window->width || !v->window->height)
         return false;
+    bool smoother = count_averaged(v) && has_time_to_average(v);
     return !v->begun_any || v->again || asks_for_frames(v) || !same_order(&v->order, &v->begun) ||
-           v->shown.unfinished || adapts(v);
+           v->shown.unfinished || !v->shown.whole || smoother || adapts(v);
+}
+
+// Between two orders: what costs more than showing the same light once more.
+static bool has_moved(const struct view_order *a, const struct view_order *b)
+{
+    return a->opening == b->opening && a->looks == b->looks &&
+           (a->time != b->time || !pose_same(&a->pose, &b->pose) || a->clip != b->clip ||
+            a->width != b->width || a->height != b->height);
 }
 
 static bool is_unwanted(void *user)
@@ -246,8 +290,13 @@ static bool is_unwanted(void *user)
 static void make_picture(void *user)
 {
     struct viewer *v = user;
-    const struct view_drawing drawing = {
-        .order = &v->begun, .jumped = v->jumped, .seconds = v->seconds, .abandon = is_unwanted, .user = v};
+    const struct view_drawing drawing = {.order = &v->begun,
+                                         .jumped = v->jumped,
+                                         .moving = v->moving,
+                                         .averaged = v->averaged,
+                                         .seconds = v->seconds,
+                                         .abandon = is_unwanted,
+                                         .user = v};
     view_studio_draw(v->studio, &drawing, &v->made);
 }
 
@@ -260,8 +309,21 @@ static void wake(void *user)
 // pictures are of where it was a moment ago, and all of them are seen.
 static void give_up(struct viewer *v)
 {
-    if (!v->moves && !v->again && differs_in_more_than_time(&v->order, &v->begun))
+    if (!v->moves && !v->again && !v->shots && differs_in_more_than_time(&v->order, &v->begun))
         atomic_store(&v->abandon, true);
+}
+
+// How many pixels, and whether it joins the mean of those before.
+static void choose_quality(struct viewer *v)
+{
+    uint32_t so_far = count_averaged(v);
+    v->moving = v->begun_any && !v->shots && has_moved(&v->order, &v->begun);
+    v->averaged = 0;
+    if (v->moving || !view_order_antialiases(&v->order))
+        return;
+    v->averaged = !so_far || has_time_to_average(v) ? so_far + 1 : so_far;
+    if (!so_far)
+        v->rested = v->now;
 }
 
 static void hand_in(struct viewer *v)
@@ -275,6 +337,7 @@ static void hand_in(struct viewer *v)
         return;
     bool last_step = v->now >= v->changed + ADAPTED_S;
     v->moves = v->begun_any && !pose_same(&v->order.pose, &v->begun.pose);
+    choose_quality(v);
     v->seconds = last_step ? INFINITY : (float)(v->now - v->handed);
     v->jumped = v->jumps;
     v->jumps = false;
@@ -337,11 +400,12 @@ static void toggle(bool *shown, unsigned pressed)
     *shown ^= pressed % 2;
 }
 
-// From pixels of the window to those of the picture, which may still be of another size.
+// From pixels of the window to those of the last picture's things, which are as many as light was computed
+// for.
 static void to_picture(const struct viewer *v, const float at[2], float out[2])
 {
-    out[0] = at[0] * (float)v->shown.width / fmaxf((float)v->window->width, 1);
-    out[1] = at[1] * (float)v->shown.height / fmaxf((float)v->window->height, 1);
+    out[0] = at[0] * (float)v->shown.pick.width / fmaxf((float)v->window->width, 1);
+    out[1] = at[1] * (float)v->shown.pick.height / fmaxf((float)v->window->height, 1);
 }
 
 // What a drag or a step of the wheel at (x, y) of the window is about.
@@ -429,7 +493,8 @@ static bool write_command(const struct viewer *v, char *out, size_t size)
                                          .method = lf_method_name(all.method),
                                          .size = all.size,
                                          .time = all.time,
-                                         .samples = all.samples,
+                                         .samples = f->averaged ? f->averaged : all.samples,
+                                         .antialias = f->averaged > 0,
                                          .opening = all.opening};
     if (!o->comparison && strcmp(ng_display_layer(left->layer), "beauty") == 0)
         return render_canonical(&plain, out, size);
@@ -447,6 +512,13 @@ static void take_shot(struct viewer *v)
     tell(v, "%s", written ? said : "the picture could not be written: see the terminal");
 }
 
+// Of a picture with all its pixels; the next one has them.
+static void take_shots(struct viewer *v)
+{
+    for (; v->shots && is_shown(v) && v->shown.whole; v->shots--)
+        take_shot(v);
+}
+
 static void react_to_keys(struct viewer *v, const struct ng_input *input)
 {
     if (input->pressed[NG_KEY_ESCAPE])
@@ -457,8 +529,7 @@ static void react_to_keys(struct viewer *v, const struct ng_input *input)
     toggle(&v->hide_captions, input->pressed[NG_KEY_F1 + 3]);
     toggle(&v->show_clips, input->pressed[NG_KEY_F1 + 4]);
     v->mark += input->pressed[NG_KEY_F1 + 8];
-    for (int i = 0; i < input->pressed[NG_KEY_F1 + 11] && is_shown(v); i++)
-        take_shot(v);
+    v->shots += is_shown(v) ? (uint32_t)input->pressed[NG_KEY_F1 + 11] : 0;
     if (input->pressed[NG_KEY_F1 + 10] % 2)
         ng_window_set_full_screen(v->window, !ng_window_is_full_screen(v->window));
     float stops = v->order.stops + STOPS * (float)(input->pressed['='] - input->pressed['-']);
@@ -757,6 +828,7 @@ static ng_result loop(struct viewer *v)
         follow_files(v);
         NG_TRY(collect(v));
         react(v, seconds);
+        take_shots(v);
         follow_shaders(v);
         hand_in(v);
         NG_TRY(show(v, seconds));

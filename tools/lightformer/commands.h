@@ -55,7 +55,8 @@ struct render_picture {
     const char *scene, *weights, *pose, *method;
     struct cli_size size;
     double time;
-    uint32_t samples; // of the method "reference"
+    uint32_t samples; // of the method "reference", and of what is antialiased
+    bool antialias;
     struct opening opening;
 };
 // The canonical command (options.h); false if it does not fit.

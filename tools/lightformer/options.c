@@ -507,7 +507,7 @@ static bool has_value(const struct cli_option *o, const void *place)
     case CLI_REAL:
         return o->fallback || *(const double *)place != 0;
     case CLI_SIZE:
-        break;
+        return o->fallback || ((const struct cli_size *)place)->width != 0;
     }
     return true;
 }

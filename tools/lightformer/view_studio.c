@@ -1,5 +1,6 @@
 #include "view_studio.h"
 #include "scene_file.h"
+#include "view_tier.h"
 
 #include "app/clip_menu.h"
 #include "app/stage.h"
@@ -34,8 +35,10 @@ struct view_studio {
     NG_ARRAY(ng_entity) cameras;
     struct ng_camera_controller home;
     struct ng_exposure exposure;
-    uint32_t opening, looks; // of orders that were followed
-    bool fresh;              // no picture of this scene has been made
+    uint32_t opening, looks;               // of orders that were followed
+    bool fresh;                            // no picture of this scene has been made
+    struct view_tier tiers[LF_METHODS][2]; // by method, and whether light is upsampled
+    bool moved;                            // the last picture was of something that did
     bool failed;
     uint64_t pictures;       // so far
     NG_ARRAY(uint64_t) runs; // of each pass, before this frame
@@ -277,15 +280,57 @@ static uint32_t choose_cell(const struct view_studio *s, const struct view_order
     return (uint32_t)ceilf(fminf(sqrtf(SAMPLES_OF_A_MEAN / fmaxf((float)p.samples, 1)), MOST_CELL));
 }
 
-static ng_result draw(struct view_studio *s, const struct view_drawing *d, uint32_t cell)
+static bool is_progressive(const struct view_order *order)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < (order->comparison ? VIEW_SIDES : 1u); i++)
+        any |= lf_method_info(order->sides[i].method)->progressive;
+    return any;
+}
+
+bool view_order_antialiases(const struct view_order *order)
+{
+    return !order->comparison && !is_progressive(order) &&
+           strcmp(ng_display_layer(order->sides[VIEW_LEFT].layer), "beauty") == 0;
+}
+
+// Where a picture can be antialiased light can be upsampled, too.
+static struct view_tier *tier_of(struct view_studio *s, const struct view_order *order)
+{
+    bool upsamples = view_order_antialiases(order);
+    struct view_tier *tier = &s->tiers[order->sides[VIEW_LEFT].method][upsamples];
+    tier->upsamples = upsamples;
+    return tier;
+}
+
+// A path tracer has a preview of its own.
+static uint32_t choose_level(struct view_studio *s, const struct view_drawing *d)
+{
+    return d->moving && !is_progressive(d->order) ? tier_of(s, d->order)->level : 0;
+}
+
+static void learn_level(struct view_studio *s, const struct view_drawing *d, uint32_t level, double ms)
+{
+    if (d->moving)
+        view_tier_add(tier_of(s, d->order), level, ms);
+    else if (s->moved || s->fresh)
+        view_tier_add_whole(tier_of(s, d->order), ms);
+    s->moved = d->moving;
+}
+
+static ng_result draw(struct view_studio *s, const struct view_drawing *d, const struct view_pixels *pixels,
+                      uint32_t cell)
 {
     static const char *const layers[] = {"display"};
     const struct view_order *o = d->order;
+    bool upsampled = memcmp(pixels->light, pixels->picture, sizeof pixels->light) != 0;
     const struct ng_stage_frame frame = {
         .time = o->time,
         .still = d->jumped || s->fresh,
-        .width = o->width,
-        .height = o->height,
+        .width = pixels->picture[0],
+        .height = pixels->picture[1],
+        .light_width = upsampled ? pixels->light[0] : 0,
+        .light_height = upsampled ? pixels->light[1] : 0,
         .method = lf_method_name(o->sides[VIEW_LEFT].method),
         .shown = {.layer = ng_display_layer(o->sides[VIEW_LEFT].layer),
                   .comparison = o->comparison,
@@ -298,6 +343,7 @@ static ng_result draw(struct view_studio *s, const struct view_drawing *d, uint3
         .resources = ng_pick_resources,
         .resource_count = NG_COUNT(ng_pick_resources),
         .adaptation = 1 - expf(-d->seconds / ADAPTATION_S),
+        .averaged = d->averaged,
         .abandon = d->abandon,
         .abandon_user = d->user,
     };
@@ -393,6 +439,23 @@ static ng_result fill_frame(struct view_studio *s, const struct view_order *orde
     return NG_OK;
 }
 
+static void describe_tier(const struct view_drawing *d, const struct view_pixels *p, struct view_frame *f)
+{
+    const double share = (double)p->light[0] * p->light[1] / ((double)d->order->width * d->order->height);
+    char light[64] = "";
+    f->whole = p->light[0] == d->order->width && p->light[1] == d->order->height;
+    memcpy(f->light, p->light, sizeof f->light);
+    if (p->light[0] != p->picture[0] || p->light[1] != p->picture[1])
+        snprintf(light, sizeof light, ", light %u x %u", p->light[0], p->light[1]);
+    if (!f->whole)
+        snprintf(f->tier, sizeof f->tier, "moving: %u x %u%s, %.0f %% of the pixels", f->width, f->height,
+                 light, 100 * share);
+    else if (d->averaged > 1)
+        snprintf(f->tier, sizeof f->tier, "antialiased: %u pictures", d->averaged);
+    else
+        snprintf(f->tier, sizeof f->tier, "full resolution");
+}
+
 static ng_result make(struct view_studio *s, const struct view_drawing *d, struct view_frame *f)
 {
     const struct view_order *order = d->order;
@@ -403,12 +466,16 @@ static ng_result make(struct view_studio *s, const struct view_drawing *d, struc
     follow_clip(s, order->clip);
     struct pose pose = place_camera(s, order, home);
     uint64_t start = ng_clock_ns();
-    uint32_t cell = choose_cell(s, order);
-    NG_TRY(draw(s, d, cell));
+    uint32_t cell = choose_cell(s, order), level = choose_level(s, d);
+    const struct view_pixels pixels =
+        view_tier_pixels(tier_of(s, order), level, (const uint32_t[]){order->width, order->height});
+    NG_TRY(draw(s, d, &pixels, cell));
     NG_TRY(fill_frame(s, order, f));
     f->cell = cell;
-    f->tier = "full resolution";
+    describe_tier(d, &pixels, f);
+    f->averaged = d->averaged;
     f->ms = (double)(ng_clock_ns() - start) * 1e-6;
+    learn_level(s, d, level, f->ms);
     f->from_home = home;
     f->order.pose = pose;
     s->looks = order->looks;

@@ -30,6 +30,10 @@ struct view_order {
     float divider;
 };
 
+// Whether its picture can be antialiased: what is compared and measured is seen through the middles of
+// pixels, and so is what gets better by itself.
+bool view_order_antialiases(const struct view_order *order);
+
 struct view_clip {
     char name[64];
     float duration; // seconds
@@ -58,10 +62,13 @@ struct view_frame {
     struct ng_pick pick;
     char sides[VIEW_SIDES][256]; // "reference, direct: 12 spp, ..."
     bool unfinished;             // the same order again makes a better picture
+    bool whole;                  // it has all the pixels that were asked for
+    uint32_t averaged;           // so many pictures, antialiased; 0: none can be
     uint32_t samples;            // a pixel, of what is path traced; 0: a preview, or nothing is
     uint32_t cell;               // of a difference of it: means over so many pixels a side
     const char *weights;         // of the network, as asked for; borrowed from the parameters
-    const char *tier;            // how many pixels were made of those that are shown, for people
+    uint32_t light[2];           // pixels that light was computed for, across and down
+    char tier[96];               // how many pixels were made of those that are shown, for people
     double ms, world_ms, extract_ms;
     NG_ARRAY(struct view_pass) passes; // that ran
     NG_ARRAY(struct view_clip) clips;
@@ -88,8 +95,10 @@ struct ng_gpu *view_studio_gpu(const struct view_studio *studio);
 
 struct view_drawing {
     const struct view_order *order;
-    bool jumped;   // the time did: no motion since the last frame
-    float seconds; // since the last frame, for the eye's adaptation; INFINITY: it has had all the time
+    bool jumped;       // the time did: no motion since the last frame
+    bool moving;       // something does: fewer pixels, in time
+    uint32_t averaged; // as in struct ng_render_params; only where the order can be (view_order_antialiases)
+    float seconds;     // since the last frame, for the eye's adaptation; INFINITY: it has had all the time
     bool (*abandon)(void *user);
     void *user;
 };
