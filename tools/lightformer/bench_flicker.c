@@ -306,6 +306,7 @@ ng_result bench_flicker(const struct bench_flicker_params *p)
         .size = {p->size.width ? p->size.width : WIDTH, p->size.width ? p->size.height : HEIGHT}};
     struct ng_stage_params stage = {.scene = p->scene, .device = p->device, .threads = p->threads};
     opening_apply(p->opening, &stage);
+    stage.clip = "none"; // which would put back what is moved
     NG_TRY(ng_stage_create(&stage, &s.stage));
     ng_result result = open_parts(&s);
     if (result == NG_OK)
