@@ -16,11 +16,22 @@ static struct picture measure(uint64_t width, uint64_t height, uint32_t reflecti
     return p;
 }
 
-// What hits show, then averages of pixels in its place.
-static uint64_t bytes_shown(const struct picture *p, uint64_t channels)
+static uint64_t larger(uint64_t a, uint64_t b)
 {
-    uint64_t hits = LF_HIT_CHANNELS * p->hits, averages = channels * p->pixels;
-    return (hits > averages ? hits : averages) * sizeof(float);
+    return a > b ? a : b;
+}
+
+// What hits show, then averages of pixels in its place; channels as in reflections.c.
+static uint64_t bytes_shown(const struct picture *p)
+{
+    return larger(8 * p->hits, 5 * p->pixels) * sizeof(float);
+}
+
+// Sums of what hits show, of either kind of rays, and averages on the way to the pixels.
+static uint64_t bytes_arriving(const struct picture *p)
+{
+    uint64_t hits = LF_HIT_CHANNELS * larger(p->hits, LF_HEMISPHERE_RAYS * p->points);
+    return (hits + larger(3 * p->pixels, 6 * p->points)) * sizeof(float);
 }
 
 static uint64_t bytes_of_reflections(const struct picture *p)
@@ -57,19 +68,22 @@ struct lf_clues_bytes lf_clues_bytes(uint32_t width, uint32_t height, uint32_t r
     const uint64_t grid = p.pixels * (sizeof(struct lf_grid_taps) + sizeof(uint32_t)); // and pixels alone
     return (struct lf_clues_bytes){{
         [LF_PIXEL_PLANES_PART] = LF_PIXEL_PLANES * plane_bytes(&p) + ROUNDING,
-        [LF_PIXEL_GRID] = grid + bytes_of_hemisphere(&p) + bytes_shown(&p, LF_HIT_CHANNELS) + ROUNDING,
+        [LF_PIXEL_GRID] = grid + bytes_of_hemisphere(&p) + bytes_shown(&p) + ROUNDING,
         [LF_PIXEL_REFLECTIONS] = bytes_of_reflections(&p) + ROUNDING,
-        [LF_PIXEL_EMISSION] = 3 * p.pixels * sizeof(float) + ROUNDING,
+        [LF_PIXEL_ARRIVING] = 6 * plane_bytes(&p) + bytes_arriving(&p) + ROUNDING,
     }};
 }
 
-uint64_t lf_clues_view_bytes(uint32_t width, uint32_t height, uint32_t reflection_rays)
+uint64_t lf_clues_view_bytes(uint32_t width, uint32_t height)
+{
+    const struct picture p = measure(width, height, 0);
+    return LF_VIEW_PLANES * plane_bytes(&p) + 3 * p.points * sizeof(float) + ROUNDING; // points: RSM gather
+}
+
+uint64_t lf_clues_hits_bytes(uint32_t width, uint32_t height, uint32_t reflection_rays)
 {
     const struct picture p = measure(width, height, reflection_rays);
-    const uint64_t channels =
-        3 + LF_HEMISPHERE_RAYS * LF_HIT_CHANNELS + 6; // the RSM gather; hemisphere rays, and two averages
-    return LF_VIEW_PLANES * plane_bytes(&p) + p.points * channels * sizeof(float) +
-           bytes_shown(&p, LF_HIT_CHANNELS_USED) + ROUNDING;
+    return LF_HIT_CHANNELS * (p.hits + LF_HEMISPHERE_RAYS * p.points) * sizeof(float) + ROUNDING;
 }
 
 uint64_t lf_clues_kept_bytes(uint32_t width, uint32_t height, uint64_t set)

@@ -11,7 +11,8 @@
 
 const char *const lf_clues_stage_names[LF_CLUES_STAGES] = {
     "pixels",     "reflection_rays",     "texels",     "shadow_distance",   "direct",
-    "visibility", "specular_visibility", "rsm_gather", "hemisphere_gather", "reflected_light"};
+    "visibility", "specular_visibility", "rsm_gather", "hemisphere_gather", "reflected_light",
+    "arriving"};
 
 // ---- objects ---------------------------------------------------------------------------------------------
 
@@ -147,22 +148,6 @@ void lf_clues_set_powers(const struct ng_snapshot *snapshot, struct lf_pixel_clu
         set_light(snapshot, pixels->radiance, lights[i]);
 }
 
-ng_result lf_clues_normalize(struct lf_pixel_clues *p)
-{
-    size_t count = (size_t)3 * p->width * p->height;
-    LF_PART(float) planes;
-    p->values.of[LF_INPUT_PIXEL_REFLECTION_EMISSION] = NULL;
-    if (!p->emits)
-        return NG_OK;
-    NG_TRY(lf_memory_begin(&p->memory[LF_PIXEL_EMISSION], count * sizeof(float), "the inputs of a picture"));
-    if (!lf_take(&p->memory[LF_PIXEL_EMISSION], &planes, count))
-        return ng_out_of_memory("the inputs of a picture");
-    for (size_t i = 0; i < count; i++)
-        planes.items[i] = p->radiance > 0 ? lf_finite(p->emission[0][i] / p->radiance) : 0;
-    p->values.of[LF_INPUT_PIXEL_REFLECTION_EMISSION] = planes.items;
-    return NG_OK;
-}
-
 // ---- pixels ----------------------------------------------------------------------------------------------
 
 // Notes what a part of the work took; gives up the rest if nobody wants it any more.
@@ -278,8 +263,8 @@ ng_result lf_clues_light(const struct lf_clues_scene *scene, uint32_t light,
 
 struct view_planes {
     float *shadow[5]; // direction, distance, shadow distance
-    float *diffuse[3], *glossy[3], *irradiance_rsm[3], *reflection[3], *reflection_rsm[3];
-    float *visibility_diffuse[1], *visibility_specular[1], *irradiance_rays[3];
+    float *diffuse[3], *glossy[3], *irradiance_rsm[3];
+    float *visibility_diffuse[1], *visibility_specular[1];
     float *rays[3]; // struct lf_interleaved
 };
 
@@ -301,11 +286,6 @@ static bool wants_direct(const struct lf_clues_scene *s)
            lf_clues_wants(s, LF_INPUT_VIEW_VISIBILITY_SPECULAR);
 }
 
-static bool wants_reflection(const struct lf_clues_scene *s)
-{
-    return lf_clues_wants(s, LF_INPUT_VIEW_REFLECTION) || lf_clues_wants(s, LF_INPUT_VIEW_REFLECTION_RSM);
-}
-
 static ng_result lay_out(const struct lf_clues_scene *scene, size_t count, struct lf_light_clues *l,
                          struct view_planes *out)
 {
@@ -322,12 +302,9 @@ static ng_result lay_out(const struct lf_clues_scene *scene, size_t count, struc
         {out->diffuse, 3},
         {out->glossy, 3},
         {out->irradiance_rsm, 3},
-        {out->reflection, 3},
-        {out->reflection_rsm, 3},
         {out->visibility_diffuse, 1},
         {out->visibility_specular, 1},
         {out->rays, 3},
-        {out->irradiance_rays, 3},
     };
     for (size_t i = 0; i < NG_COUNT(parts); i++, next += LF_PLANE_GAP)
         for (int c = 0; c < parts[i].channels; c++, next += count)
@@ -343,10 +320,7 @@ static ng_result lay_out(const struct lf_clues_scene *scene, size_t count, struc
         {LF_INPUT_VIEW_DIFFUSE, out->diffuse[0]},
         {LF_INPUT_VIEW_GLOSSY, out->glossy[0]},
         {LF_INPUT_VIEW_IRRADIANCE_RSM, out->irradiance_rsm[0]},
-        {LF_INPUT_VIEW_REFLECTION, out->reflection[0]},
-        {LF_INPUT_VIEW_REFLECTION_RSM, out->reflection_rsm[0]},
         {LF_INPUT_VIEW_VISIBILITY_SPECULAR, out->visibility_specular[0]},
-        {LF_INPUT_VIEW_IRRADIANCE_RAYS, out->irradiance_rays[0]},
         {LF_INPUT_VIEW_VISIBILITY_DIFFUSE, out->visibility_diffuse[0]},
     };
     for (size_t i = 0; i < NG_COUNT(inputs); i++)
@@ -359,8 +333,10 @@ ng_result lf_clues_view(const struct lf_clues_scene *scene, const struct lf_pixe
 {
     struct view_planes planes;
     uint64_t begin = ng_clock_ns();
-    NG_TRY(lf_memory_begin(&light->memory[LF_LIGHT_VIEW],
-                           lf_clues_view_bytes(pixels->width, pixels->height, pixels->reflection_rays),
+    NG_TRY(lf_memory_begin(&light->memory[LF_LIGHT_VIEW], lf_clues_view_bytes(pixels->width, pixels->height),
+                           "the view of a light"));
+    NG_TRY(lf_memory_begin(&light->memory[LF_LIGHT_HITS],
+                           lf_clues_hits_bytes(pixels->width, pixels->height, pixels->reflection_rays),
                            "the view of a light"));
     NG_TRY(lay_out(scene, (size_t)pixels->width * pixels->height, light, &planes));
     const struct lf_interleaved rays = {planes.rays[0], planes.rays[1], planes.rays[2]};
@@ -380,11 +356,11 @@ ng_result lf_clues_view(const struct lf_clues_scene *scene, const struct lf_pixe
     if (lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RSM))
         NG_TRY(lf_rsm_gather(scene, pixels, light, planes.irradiance_rsm));
     NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_RSM_GATHER]));
-    if (lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RAYS))
-        NG_TRY(lf_hemisphere_gather(scene, pixels, light, planes.irradiance_rays));
+    if (lf_clues_wants(scene, LF_INPUT_PIXEL_GATHERED))
+        NG_TRY(lf_hemisphere_light(scene, pixels, light));
     NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_HEMISPHERE_GATHER]));
-    if (wants_reflection(scene))
-        NG_TRY(lf_reflections_light(scene, pixels, light, planes.reflection, planes.reflection_rsm));
+    if (lf_clues_wants(scene, LF_INPUT_PIXEL_REFLECTED))
+        NG_TRY(lf_reflections_light(scene, pixels, light));
     light->ms[LF_CLUES_REFLECTED_LIGHT] = lf_clues_lap(&begin);
     return NG_OK;
 }

@@ -7,9 +7,9 @@
 //     // of each light, where it or what it sees has changed; then, where also camera or pixels may have:
 //     NG_TRY(lf_clues_light(&scene, light, NULL, clues));
 //     NG_TRY(lf_clues_view(&scene, pixels, clues));
-//     // every frame: shares of the power, which nothing else depends on
+//     // every frame: shares of the power, and sums over lights, which nothing else depends on
 //     lf_clues_set_powers(snapshot, pixels, all_clues, count);
-//     NG_TRY(lf_clues_normalize(pixels));
+//     NG_TRY(lf_clues_arriving(&scene, pixels, all_clues, count));
 //
 // A light is encoded as if it were on and of brightness 1 (ng_light_unit), then divided by the power that it
 // has so: power, on and off change nothing but what these two set (and light.power, of `paper`), to
@@ -45,13 +45,13 @@ enum lf_pixel_part {
     LF_PIXEL_PLANES_PART, // of inputs
     LF_PIXEL_GRID,        // what is summed at every few pixels only, and hemisphere rays
     LF_PIXEL_REFLECTIONS, // rays of reflections
-    LF_PIXEL_EMISSION,    // pixel.mirror_emission; the last, as it alone depends on powers
+    LF_PIXEL_ARRIVING,    // pixel.mirror_light, pixel.gathered; the last, as they alone depend on powers
     LF_PIXEL_PARTS
 };
 void lf_pixel_clues_lend(struct lf_pixel_clues *clues, enum lf_pixel_part part, void *data, uint64_t size);
-// The same of a light: lf_clues_light writes the first part, lf_clues_view the second, lf_light_clues_keep
-// the third.
-enum lf_light_part { LF_LIGHT_RSM, LF_LIGHT_VIEW, LF_LIGHT_KEPT, LF_LIGHT_PARTS };
+// The same of a light: lf_clues_light writes the first part, lf_clues_view the second and the third,
+// lf_light_clues_keep the last. Hits: what rays from pixels show of the light where they end.
+enum lf_light_part { LF_LIGHT_RSM, LF_LIGHT_VIEW, LF_LIGHT_HITS, LF_LIGHT_KEPT, LF_LIGHT_PARTS };
 void lf_light_clues_lend(struct lf_light_clues *clues, enum lf_light_part part, void *data, uint64_t size);
 
 // What all functions read. Borrowed for the call.
@@ -115,8 +115,10 @@ NG_NODISCARD ng_result lf_light_clues_keep(struct lf_light_clues *light, uint64_
 // of lights of that snapshot; all of its lights count.
 void lf_clues_set_powers(const struct ng_snapshot *snapshot, struct lf_pixel_clues *pixels,
                          struct lf_light_clues *const *lights, uint32_t light_count);
-// pixel.mirror_emission, after lf_clues_pixels and lf_clues_set_powers. Errors, logged: NG_ERROR_MEMORY.
-NG_NODISCARD ng_result lf_clues_normalize(struct lf_pixel_clues *pixels);
+// pixel.mirror_light and pixel.gathered: sums over all lights that shine, after lf_clues_view of each and
+// lf_clues_set_powers. Errors, logged: NG_ERROR_MEMORY.
+NG_NODISCARD ng_result lf_clues_arriving(const struct lf_clues_scene *scene, struct lf_pixel_clues *pixels,
+                                         struct lf_light_clues *const *lights, uint32_t light_count);
 
 // Values as the network takes them; borrowed, until the clues are computed again. Those of the frame and of
 // pixels.
@@ -139,8 +141,10 @@ struct lf_clues_bytes {
     uint64_t pixels[LF_PIXEL_PARTS];
 };
 struct lf_clues_bytes lf_clues_bytes(uint32_t width, uint32_t height, uint32_t reflection_rays);
-// Of a light's view; of what is kept of it; of its RSM of so many views, with so many VPLs (0: LF_VPL_COUNT).
-uint64_t lf_clues_view_bytes(uint32_t width, uint32_t height, uint32_t reflection_rays);
+// Of a light's view; of its hits; of what is kept of it; of its RSM of so many views, with so many VPLs (0:
+// LF_VPL_COUNT).
+uint64_t lf_clues_view_bytes(uint32_t width, uint32_t height);
+uint64_t lf_clues_hits_bytes(uint32_t width, uint32_t height, uint32_t reflection_rays);
 uint64_t lf_clues_kept_bytes(uint32_t width, uint32_t height, uint64_t set);
 uint64_t lf_clues_rsm_bytes(uint32_t vpl_count, uint32_t views);
 
@@ -154,8 +158,9 @@ enum lf_clues_stage {
     LF_CLUES_VISIBILITY,          // how much of the light pixels see
     LF_CLUES_SPECULAR_VISIBILITY, // how much of the light highlights see
     LF_CLUES_RSM_GATHER,          // light of RSM texels
-    LF_CLUES_HEMISPHERE_GATHER,   // rays over hemispheres, and what they see
-    LF_CLUES_REFLECTED_LIGHT,     // light where rays of reflections end, and what pixels take of it
+    LF_CLUES_HEMISPHERE_GATHER,   // rays over hemispheres, and light where they end
+    LF_CLUES_REFLECTED_LIGHT,     // light where rays of reflections end
+    LF_CLUES_ARRIVING,            // sums over lights where rays end, and what pixels take of them
     LF_CLUES_STAGES
 };
 extern const char *const lf_clues_stage_names[LF_CLUES_STAGES]; // "pixels", ...

@@ -91,7 +91,7 @@ struct lf_reflections {
     LF_PART(struct lf_reflection_taps) taps;            // of all pixels that reflect
     LF_PART(struct lf_sight) sights;                    // by pixel; only of those that reflect
     LF_PART(struct lf_reflection_filter_taps) filtered; // of those that see what others see
-    LF_PART(float) seen;                                // what hits show; then scratch
+    LF_PART(float) seen;                                // what hits show but for light; then scratch
 };
 
 // Rays over the hemisphere of every point of the grid, and what is taken of those of its neighbours, pass by
@@ -104,8 +104,8 @@ struct lf_hemisphere {
     LF_PART(float) weights; // [LF_HEMISPHERE_PASSES][grid points][LF_HEMISPHERE_TAPS]; sums are 1
 };
 
-#define LF_PIXEL_PLANES 29 // of all inputs but those that depend on powers, and what is kept beside them
-#define LF_VIEW_PLANES  28 // of all inputs of a light's view, and scratch
+#define LF_PIXEL_PLANES 26 // of all inputs but those that depend on powers, and what is kept beside them
+#define LF_VIEW_PLANES  19 // of all inputs of a light's view, and scratch
 // Floats between the planes of one input and the next. Without, the same pixel of all planes of a picture of
 // 512 x 512 would compete for one set of a cache.
 #define LF_PLANE_GAP    208
@@ -120,9 +120,8 @@ struct lf_pixel_clues {
     // Planes [width * height], by axis or channel.
     float *mask, *position[3], *normal[3], *flat[3], *view[3], *distance;
     float *diffuse[3], *specular[3], *roughness;
-    float *reflection_nearness, *reflection_missed, *reflection_albedo[3],
-        *emission[3];                       // not yet scaled
-    bool emits, misses;                     // some reflection ray met emission, met nothing
+    float *reflection_nearness, *reflection_missed, *reflection_albedo[3];
+    bool misses;                            // some reflection ray met nothing
     uint32_t grid_width, grid_height;       // of every LF_GRID_STEP-th pixel
     LF_PART(struct lf_grid_taps) grid_taps; // of each pixel
     LF_PART(uint32_t) alone;                // pixels that no neighbour on the grid speaks for
@@ -165,8 +164,8 @@ struct lf_light_clues {
     LF_PART(float) rows;       // vpl and texel inputs
     size_t pixel_count;        // of a plane of view inputs
     LF_PART(float) grid;       // sums of RSM texels at the grid
-    LF_PART(float) reflected;  // what hits show of the light; then scratch
-    LF_PART(float) hemisphere; // what rays over hemispheres show of it
+    LF_PART(float) reflected;  // what hits of reflections show of the light: [hits][LF_HIT_CHANNELS]
+    LF_PART(float) hemisphere; // the same of hits of rays over hemispheres
     struct lf_memory memory[LF_LIGHT_PARTS];
     struct lf_net_values values, kept; // kept: view inputs that lf_light_clues_keep has copied
     double ms[LF_CLUES_STAGES];
@@ -267,8 +266,11 @@ static inline void lf_mirror_direction(const float view[3], const float normal[3
 NG_NODISCARD ng_result lf_reflections_cast(const struct lf_clues_scene *scene, uint32_t budget,
                                            struct lf_pixel_clues *out);
 NG_NODISCARD ng_result lf_reflections_light(const struct lf_clues_scene *scene,
-                                            const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
-                                            float *const direct[3], float *const rsm[3]);
+                                            const struct lf_pixel_clues *pixels,
+                                            struct lf_light_clues *light);
+// From hits ([hits][LF_HIT_CHANNELS], overwritten) to the pixels; `scratch`: [pixels][3].
+void lf_reflections_spread(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                           float *seen, float *scratch, float *const out[3]);
 
 // reflection_filter.c: reflections averaged over several blocks, for wide lobes: who takes what of whom, by
 // what their rays met; and the averages. `scratch`: [pixels that are averaged][channels].
@@ -313,8 +315,10 @@ void lf_grid_spread(const struct lf_clues_scene *scene, const struct lf_pixel_cl
 
 // hemisphere_gather.c: irradiance by rays over the hemisphere.
 NG_NODISCARD ng_result lf_hemisphere_cast(const struct lf_clues_scene *scene, struct lf_pixel_clues *out);
-NG_NODISCARD ng_result lf_hemisphere_gather(const struct lf_clues_scene *scene,
-                                            const struct lf_pixel_clues *pixels, struct lf_light_clues *light,
-                                            float *const out[3]);
+NG_NODISCARD ng_result lf_hemisphere_light(const struct lf_clues_scene *scene,
+                                           const struct lf_pixel_clues *pixels, struct lf_light_clues *light);
+// From hits ([hits][LF_HIT_CHANNELS]) to the pixels; `scratch`: [2][3][grid points].
+void lf_hemisphere_spread(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                          const float *seen, float *scratch, float *const out[3]);
 
 #endif

@@ -1,9 +1,9 @@
 // Indirect light by rays over the hemisphere: two for each point of the grid, in two of 128 directions,
-// interleaved over blocks of 8 x 8 points, lit at what they hit. Each point takes the mean of a block around
-// it, weighed by plane and normal (lf_bilateral_weight), along rows and then along columns; then the mean of
-// three such means half a block apart, each way, since rays from different places do not agree as well as
-// different directions do. Coarse, but it knows what stands in the way, which light of RSM texels
-// (rsm_gather.c) does not.
+// interleaved over blocks of 8 x 8 points, lit where they end by each light on its own. Each point takes the
+// mean of a block around it, weighed by plane and normal (lf_bilateral_weight), along rows and then along
+// columns; then the mean of three such means half a block apart, each way, since rays from different places
+// do not agree as well as different directions do. Coarse, but it knows what stands in the way, which light
+// of RSM texels (rsm_gather.c) does not.
 #include "lightformer/clues/clues_internal.h"
 
 #include <string.h>
@@ -121,7 +121,7 @@ ng_result lf_hemisphere_cast(const struct lf_clues_scene *scene, struct lf_pixel
 {
     struct casting job = {.scene = scene, .pixels = out};
     size_t points = lf_grid_points(out);
-    if (!lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RAYS))
+    if (!lf_clues_wants(scene, LF_INPUT_PIXEL_GATHERED))
         return NG_OK;
     struct lf_memory *memory = &out->memory[LF_PIXEL_GRID];
     if (!lf_take(memory, &out->hemisphere.hits, LF_HEMISPHERE_RAYS * points) ||
@@ -133,7 +133,7 @@ ng_result lf_hemisphere_cast(const struct lf_clues_scene *scene, struct lf_pixel
     return NG_OK;
 }
 
-// ---- lights ----------------------------------------------------------------------------------------------
+// ---- what arrives ----------------------------------------------------------------------------------------
 
 struct averaging {
     const struct lf_pixel_clues *pixels;
@@ -163,16 +163,14 @@ static void average_rows(void *user, uint32_t begin, uint32_t end, uint32_t work
         }
 }
 
-// Direct and indirect light, the mean of the rays of each point.
+// The mean of the rays of each point.
 static void add_channels(const float *hits, size_t points, float *out)
 {
     for (size_t i = 0; i < points; i++)
         for (size_t c = 0; c < 3; c++) {
             float sum = 0;
-            for (size_t ray = 0; ray < LF_HEMISPHERE_RAYS; ray++) {
-                const float *seen = hits + (ray * points + i) * LF_HIT_CHANNELS;
-                sum += seen[c] + seen[3 + c];
-            }
+            for (size_t ray = 0; ray < LF_HEMISPHERE_RAYS; ray++)
+                sum += hits[(ray * points + i) * LF_HIT_CHANNELS + c];
             out[c * points + i] = lf_finite(sum / LF_HEMISPHERE_RAYS);
         }
 }
@@ -207,17 +205,22 @@ static void fill_alone(const struct lf_pixel_clues *p, const float *grid, float 
     }
 }
 
-ng_result lf_hemisphere_gather(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
-                               struct lf_light_clues *light, float *const out[3])
+ng_result lf_hemisphere_light(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                              struct lf_light_clues *light)
+{
+    size_t hits = pixels->hemisphere.hits.count;
+    if (!lf_take(&light->memory[LF_LIGHT_HITS], &light->hemisphere, LF_HIT_CHANNELS * hits))
+        return ng_out_of_memory("the view of a light");
+    lf_secondary_light(scene, light, pixels->hemisphere.hits.items, (uint32_t)hits, 0,
+                       light->hemisphere.items);
+    return NG_OK;
+}
+
+void lf_hemisphere_spread(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                          const float *seen, float *scratch, float *const out[3])
 {
     size_t points = lf_grid_points(pixels);
-    if (!lf_take(&light->memory[LF_LIGHT_VIEW], &light->hemisphere,
-                 (LF_HEMISPHERE_RAYS * LF_HIT_CHANNELS + 6) * points))
-        return ng_out_of_memory("the view of a light");
-    float *seen = light->hemisphere.items, *first = seen + LF_HEMISPHERE_RAYS * LF_HIT_CHANNELS * points,
-          *second = first + 3 * points;
-    lf_secondary_light(scene, light, pixels->hemisphere.hits.items, (uint32_t)(LF_HEMISPHERE_RAYS * points),
-                       0, seen);
+    float *first = scratch, *second = scratch + 3 * points;
     add_channels(seen, points, first);
     for (uint32_t pass = 0; pass < LF_HEMISPHERE_PASSES; pass++) {
         bool back = pass % 2; // to the first, after an even number of passes
@@ -226,5 +229,4 @@ ng_result lf_hemisphere_gather(const struct lf_clues_scene *scene, const struct 
     }
     lf_grid_spread(scene, pixels, first, out);
     fill_alone(pixels, first, out);
-    return NG_OK;
 }

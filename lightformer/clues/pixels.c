@@ -45,7 +45,7 @@ static ng_result begin_memory(struct lf_pixel_clues *p)
 {
     const struct lf_clues_bytes bytes = lf_clues_bytes(p->width, p->height, p->reflection_rays);
     for (int i = 0; i < LF_PIXEL_PARTS; i++)
-        if (i != LF_PIXEL_EMISSION)
+        if (i != LF_PIXEL_ARRIVING)
             NG_TRY(lf_memory_begin(&p->memory[i], bytes.pixels[i], "the inputs of a picture"));
     return NG_OK;
 }
@@ -69,7 +69,6 @@ static ng_result lay_out(struct lf_pixel_clues *p)
     set_planes(&l, &p->reflection_nearness, 1);
     set_planes(&l, &p->reflection_missed, 1);
     set_planes(&l, p->reflection_albedo, 3);
-    set_planes(&l, p->emission, 3);
     assert(l.plane == LF_PIXEL_PLANES);
     set_value(p, LF_INPUT_PIXEL_MASK, p->mask);
     set_value(p, LF_INPUT_PIXEL_POSITION, p->position[0]);
@@ -252,14 +251,14 @@ ng_result lf_pixels_read(const struct lf_clues_scene *scene, const struct lf_clu
     out->height = params->height;
     out->reflection_rays = params->reflection_rays;
     out->space = lf_space_of(snapshot);
-    out->emits = out->misses = false;
+    out->misses = false;
     memset(&out->values, 0, sizeof out->values);
     out->eye = ng_camera_eye_of(&snapshot->camera);
     NG_TRY(begin_memory(out));
     NG_TRY(lay_out(out));
     ng_jobs_for(scene->jobs, (uint32_t)(((size_t)out->width * out->height + RUN - 1) / RUN), 16, read_runs,
                 &reading);
-    bool gridded = lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RSM) ||
-                   lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RAYS);
+    bool gridded =
+        lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RSM) || lf_clues_wants(scene, LF_INPUT_PIXEL_GATHERED);
     return gridded ? connect_to_grid(scene, out) : NG_OK;
 }

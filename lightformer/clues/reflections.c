@@ -8,9 +8,9 @@
 #include <string.h>
 
 #define ROWS           4 // of pixels, a job
-#define PIXEL_CHANNELS 8 // nearness, albedo + F0, emission, missed
-#define EMISSION       4 // the first channel of it
-#define MISSED         7
+#define MISSED         4 // the channel after nearness and albedo + F0
+#define PIXEL_CHANNELS 5
+#define PIXEL_STRIDE   8
 #define LEAST_PART     1e-3f // of a lobe, for a mirror
 #define TAPS           (LF_INTERLEAVE_TAPS * LF_INTERLEAVE_TAPS)
 #define WHOLE          65535.0f // sum of a pixel's weights
@@ -270,42 +270,50 @@ static ng_result connect(const struct cast *cast)
 }
 
 // `seen`: [hits][LF_HIT_CHANNELS]. Adds what is seen through a metal to what the metal shows.
-static void add_reflections(const struct lf_reflections *m, uint32_t from, uint32_t channels, float *seen)
+static void add_reflections(const struct lf_reflections *m, float *seen)
 {
     for (size_t i = m->first; i < m->hits.count; i++) {
         const struct lf_secondary_hit *hit = &m->hits.items[i], *metal = &m->hits.items[hit->through - 1];
         float *to = seen + (size_t)(hit->through - 1) * LF_HIT_CHANNELS;
         float cosine = fmaxf(lf_dot(metal->normal, metal->view), 0);
-        for (uint32_t c = from; c < channels; c++)
-            to[c] += ng_brdf_f(cosine, metal->f0[(c - from) % 3]) * seen[i * LF_HIT_CHANNELS + c];
+        for (uint32_t c = 0; c < 3; c++)
+            to[c] += ng_brdf_f(cosine, metal->f0[c]) * seen[i * LF_HIT_CHANNELS + c];
     }
 }
 
 struct spreading {
     const struct lf_pixel_clues *pixels;
-    const float *from;
-    uint32_t channels;
+    const float *from; // [hits][stride], and of these the first channels
+    uint32_t stride, channels;
     float *planes[PIXEL_CHANNELS];
 };
+
+// Inlined with a stride that is known, so that its loops vectorize.
+static inline void spread_to(const struct spreading *s, const struct lf_reflection_taps *t, uint32_t stride)
+{
+    struct block b = block_of(s->pixels, t->pixel);
+    float sum[PIXEL_STRIDE] = {0};
+    for (uint32_t k = 0; k < TAPS; k++) {
+        if (!t->weight[k])
+            continue;
+        const float *seen = s->from + (size_t)(hit_of(&b, k) - 1) * stride;
+        for (size_t c = 0; c < stride; c++)
+            sum[c] += (float)t->weight[k] * seen[c];
+    }
+    for (uint32_t c = 0; c < s->channels; c++)
+        s->planes[c][t->pixel] = lf_finite(sum[c] / WHOLE);
+}
 
 static void spread_taps(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct spreading *s = user;
-    for (uint32_t i = begin; i < end; i++) {
-        const struct lf_reflection_taps *t = &s->pixels->reflections.taps.items[i];
-        struct block b = block_of(s->pixels, t->pixel);
-        float sum[LF_HIT_CHANNELS] = {0};
-        for (uint32_t k = 0; k < TAPS; k++) {
-            if (!t->weight[k])
-                continue;
-            const float *seen = s->from + (size_t)(hit_of(&b, k) - 1) * LF_HIT_CHANNELS;
-            for (size_t c = 0; c < LF_HIT_CHANNELS; c++)
-                sum[c] += (float)t->weight[k] * seen[c];
-        }
-        for (uint32_t c = 0; c < s->channels; c++)
-            s->planes[c][t->pixel] = lf_finite(sum[c] / WHOLE);
-    }
+    const struct lf_reflection_taps *taps = s->pixels->reflections.taps.items;
+    for (uint32_t i = begin; i < end; i++)
+        if (s->stride == LF_HIT_CHANNELS)
+            spread_to(s, &taps[i], LF_HIT_CHANNELS);
+        else
+            spread_to(s, &taps[i], PIXEL_STRIDE);
 }
 
 struct clearing {
@@ -335,40 +343,35 @@ static bool wants_any(const struct lf_clues_scene *s)
 {
     return lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTION_NEARNESS) ||
            lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTION_MISSED) ||
-           lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTION_ALBEDO) ||
-           lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTION_EMISSION) ||
-           lf_clues_wants(s, LF_INPUT_VIEW_REFLECTION) || lf_clues_wants(s, LF_INPUT_VIEW_REFLECTION_RSM);
+           lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTION_ALBEDO) || lf_clues_wants(s, LF_INPUT_PIXEL_REFLECTED);
 }
 
 // Floats for what hits show, and, when pixels have taken that, for averages of pixels.
-static size_t room_for(const struct lf_reflections *m, size_t pixels, size_t channels)
+static size_t room_for(const struct lf_reflections *m)
 {
-    size_t hits = LF_HIT_CHANNELS * m->hits.count, averages = channels * pixels;
+    size_t hits = PIXEL_STRIDE * m->hits.count, averages = PIXEL_CHANNELS * m->taps.count;
     return hits > averages ? hits : averages;
 }
 
 static ng_result fill_pixels(const struct lf_clues_scene *scene, struct lf_pixel_clues *p)
 {
     struct lf_reflections *m = &p->reflections;
-    if (!lf_take(&p->memory[LF_PIXEL_GRID], &m->seen, room_for(m, m->taps.count, PIXEL_CHANNELS)))
+    if (!lf_take(&p->memory[LF_PIXEL_GRID], &m->seen, room_for(m)))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0; i < m->hits.count; i++) {
         const struct lf_secondary_hit *hit = &m->hits.items[i];
-        float *seen = m->seen.items + i * LF_HIT_CHANNELS;
+        float *seen = m->seen.items + i * PIXEL_STRIDE;
         seen[0] = hit->met ? 1 / (1 + hit->distance) : 0;
         lf_mad(hit->albedo, hit->f0, 1, seen + 1);
-        memcpy(seen + EMISSION, hit->emission, sizeof hit->emission);
         seen[MISSED] = hit->met ? 0 : 1;
-        p->emits = p->emits || lf_max3(hit->emission) > 0;
         p->misses = p->misses || !hit->met;
     }
-    add_reflections(m, EMISSION, MISSED, m->seen.items);
     struct spreading s = {.pixels = p,
                           .from = m->seen.items,
+                          .stride = PIXEL_STRIDE,
                           .channels = PIXEL_CHANNELS,
                           .planes = {p->reflection_nearness, p->reflection_albedo[0], p->reflection_albedo[1],
-                                     p->reflection_albedo[2], p->emission[0], p->emission[1], p->emission[2],
-                                     p->reflection_missed}};
+                                     p->reflection_albedo[2], p->reflection_missed}};
     spread(scene, &s);
     NG_TRY(lf_reflection_filter_find(scene, p));
     lf_reflection_filter_apply(scene, p, PIXEL_CHANNELS, m->seen.items, s.planes);
@@ -402,23 +405,28 @@ ng_result lf_reflections_cast(const struct lf_clues_scene *scene, uint32_t budge
     return fill_pixels(scene, out);
 }
 
-// ---- lights ----------------------------------------------------------------------------------------------
+// ---- light -----------------------------------------------------------------------------------------------
 
 ng_result lf_reflections_light(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
-                               struct lf_light_clues *light, float *const direct[3], float *const rsm[3])
+                               struct lf_light_clues *light)
 {
     const struct lf_reflections *m = &pixels->reflections;
-    if (!lf_take(&light->memory[LF_LIGHT_VIEW], &light->reflected,
-                 room_for(m, m->filtered.count, LF_HIT_CHANNELS_USED)))
+    if (!lf_take(&light->memory[LF_LIGHT_HITS], &light->reflected, LF_HIT_CHANNELS * m->hits.count))
         return ng_out_of_memory("the view of a light");
     lf_secondary_light(scene, light, m->hits.items, (uint32_t)m->hits.count, m->first,
                        light->reflected.items);
-    add_reflections(m, 0, LF_HIT_CHANNELS_USED, light->reflected.items);
-    struct spreading s = {.pixels = pixels,
-                          .from = light->reflected.items,
-                          .channels = LF_HIT_CHANNELS_USED,
-                          .planes = {direct[0], direct[1], direct[2], rsm[0], rsm[1], rsm[2]}};
-    spread(scene, &s);
-    lf_reflection_filter_apply(scene, pixels, LF_HIT_CHANNELS_USED, light->reflected.items, s.planes);
     return NG_OK;
+}
+
+void lf_reflections_spread(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                           float *seen, float *scratch, float *const out[3])
+{
+    struct spreading s = {.pixels = pixels,
+                          .from = seen,
+                          .stride = LF_HIT_CHANNELS,
+                          .channels = 3,
+                          .planes = {out[0], out[1], out[2]}};
+    add_reflections(&pixels->reflections, seen);
+    spread(scene, &s);
+    lf_reflection_filter_apply(scene, pixels, 3, scratch, out);
 }

@@ -137,11 +137,12 @@ static void light_lanes(const struct lighting *l, size_t first)
             first + i < l->going_on && lf_secondary_continues(&hits[i]) ? 0 : 1; // has it a ray to see that?
         for (int c = 0; c < 3; c++) {
             out[c] = hits[i].met ? lf_finite(lit.diffuse[c][i] + lit.glossy[c][i]) : 0;
-            out[3 + c] =
-                hits[i].met ? lf_finite(indirect[c][i] * (hits[i].albedo[c] + f0 * hits[i].f0[c])) : 0;
             lit_sum += out[c];
         }
         lf_scale(out, lit_sum > 0 ? visible_part(l, &hits[i]) : 0, out);
+        out[3] = 0;
+        for (int c = 0; c < 3 && hits[i].met; c++)
+            out[c] += lf_finite(indirect[c][i] * (hits[i].albedo[c] + f0 * hits[i].f0[c]));
     }
 }
 

@@ -39,12 +39,13 @@ void lf_secondary_cast(const struct lf_clues_scene *scene, const struct lf_space
                        const float position[3], const float flat[3], float roughness,
                        struct lf_secondary_hit *hit);
 
-#define LF_HIT_CHANNELS_USED                                                                                 \
-    6 // channels: direct light, indirect light \* (albedo + F0); radiance as of `view.diffuse`
-#define LF_HIT_CHANNELS 8 // room included: loops of a fixed, round number vectorize
+// What a hit shows: radiance toward where the ray came from, and room, since loops of a round number
+// vectorize.
+#define LF_HIT_CHANNELS 4
 
-// What all of `hits` show of a light: [count][LF_HIT_CHANNELS]. Of the first `going_on` those that go on
-// leave the second bounce's F0 to the rays that do.
+// What all of `hits` show of a light, direct light and a bounce, as of `view.diffuse`:
+// [count][LF_HIT_CHANNELS]. Of the first `going_on` those that go on leave the bounce's F0 to the rays that
+// do.
 void lf_secondary_light(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
                         const struct lf_secondary_hit *hits, uint32_t count, uint32_t going_on, float *out);
 

@@ -215,7 +215,7 @@ static ng_result encode(const struct job *job)
         NG_TRY(lf_clues_view(&scene, w->pixels, light));
     }
     lf_clues_set_powers(s, w->pixels, w->lights.items, w->used);
-    return lf_clues_normalize(w->pixels);
+    return lf_clues_arriving(&scene, w->pixels, w->lights.items, w->used);
 }
 
 struct input {

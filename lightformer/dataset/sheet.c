@@ -134,6 +134,15 @@ static void view(const struct row *row, const char *name, size_t pixel, float ou
         out[c] = number(t, (light * channels + (c < channels ? c : 0)) * n + pixel);
 }
 
+// What arrives of all lights.
+static void arriving(const struct row *row, const char *name, size_t pixel, float out[3])
+{
+    float unit = number(tensor(row, "frame.radiance"), 0);
+    planes(row, name, pixel, out);
+    for (int c = 0; c < 3; c++)
+        out[c] *= unit;
+}
+
 // What a light's radiance at unit power adds to the picture.
 static void light(const struct row *row, const char *name, size_t pixel, float out[3])
 {
@@ -207,6 +216,8 @@ static const struct tile crop_tiles[] = {
     {planes, "pixel.roughness", NULL},
     {planes, "pixel.mirror", NULL},
     {planes, "pixel.mirror_albedo", reflectance},
+    {arriving, "pixel.mirror_light", radiance},
+    {arriving, "pixel.gathered", radiance},
 };
 static const struct tile light_tiles[] = {
     {view, "view.distance", distance},
@@ -219,9 +230,6 @@ static const struct tile light_tiles[] = {
     {light, "view.bounce", radiance},
     {view, "view.diffuse_reached", NULL},
     {view, "view.glossy_reached", NULL},
-    {light, "view.gathered", radiance},
-    {light, "view.mirror", radiance},
-    {light, "view.mirror_bounce", radiance},
     {texel, "texel.flux", reflectance}, // a texel's even share of the light comes out bright
     {texel, "texel.normal", vector},
     {texel, "texel.position", vector},
@@ -291,6 +299,8 @@ static bool has_shapes(const struct row *row, uint64_t crops)
         {"pixel.roughness", LF_F16, 4, {crops, 1, s, s}},
         {"pixel.mirror", LF_F16, 4, {crops, 1, s, s}},
         {"pixel.mirror_albedo", LF_F16, 4, {crops, 3, s, s}},
+        {"pixel.mirror_light", LF_F16, 4, {crops, 3, s, s}},
+        {"pixel.gathered", LF_F16, 4, {crops, 3, s, s}},
         {"frame.radiance", LF_F32, 1, {1}},
         {"light.share", LF_F32, 2, {l, 1}},
         {"texel.flux", LF_F16, 3, {l, 3, any}},
@@ -302,11 +312,8 @@ static bool has_shapes(const struct row *row, uint64_t crops)
         {"view.diffuse", LF_F16, 5, {crops, l, 3, s, s}},
         {"view.glossy", LF_F16, 5, {crops, l, 3, s, s}},
         {"view.bounce", LF_F16, 5, {crops, l, 3, s, s}},
-        {"view.mirror", LF_F16, 5, {crops, l, 3, s, s}},
-        {"view.mirror_bounce", LF_F16, 5, {crops, l, 3, s, s}},
         {"view.diffuse_reached", LF_F16, 5, {crops, l, 1, s, s}},
         {"view.glossy_reached", LF_F16, 5, {crops, l, 1, s, s}},
-        {"view.gathered", LF_F16, 5, {crops, l, 3, s, s}},
     };
     for (size_t i = 0; i < NG_COUNT(wanted); i++) {
         const struct lf_tensor *t = tensor(row, wanted[i].name);

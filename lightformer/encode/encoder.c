@@ -177,11 +177,11 @@ static uint64_t bytes_needed(const struct lf_encoder *self, const struct ng_fram
     uint32_t width = frame->width, height = frame->height, rays = self->params.reflection_rays;
     const struct lf_clues_bytes clues = lf_clues_bytes(width, height, rays);
     const struct lf_net_bytes net = lf_net_picture_bytes(self->params.executor, width, height);
-    uint64_t bytes =
-        width * height * floats * sizeof(float) + lf_clues_view_bytes(width, height, rays) + net.work;
+    uint64_t bytes = width * height * floats * sizeof(float) + lf_clues_view_bytes(width, height) + net.work;
     for (int i = 0; i < LF_PIXEL_PARTS; i++)
         bytes += clues.pixels[i];
-    return bytes + lights * (lf_clues_kept_bytes(width, height, self->gather) + net.encoding + net.gather);
+    return bytes + lights * (lf_clues_hits_bytes(width, height, rays) +
+                             lf_clues_kept_bytes(width, height, self->gather) + net.encoding + net.gather);
 }
 
 // Refuses, once, what would not fit; the next frame that does is drawn again. What was drawn before fits.

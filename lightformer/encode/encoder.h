@@ -3,21 +3,22 @@
 //
 //     clues:pixels            what the camera sees, as the network takes it    (lf_clues_pixels)
 //     encode:<light>/rsm      direct VPLs, proxy, reflective shadow map        (lf_clues_light)
-//     clues:normalization     what the lights' powers decide                   (lf_clues_normalize)
 //     encode:<light>/light    the network on VPLs and texels                   (lf_net_encode_light)
 //     encode:<light>/clues    shading clues                                    (lf_clues_view)
 //     encode:<light>/view     the network on the clues: shadow U-Net and all   (lf_net_encode_view)
+//     clues:arriving          what rays from pixels meet, lit by all lights    (lf_clues_arriving)
 //
 // All of it lies in buffers of the graph: "clues/pixels", "clues/grid", "clues/reflections" and
-// "clues/emission" of the picture; "encode:<light>/rsm", ".../light" (what the network makes of VPLs and
-// texels), ".../embedding" and ".../kept" (what the gather reads of the clues) of each light; ".../clues" for
-// the time of its view alone, in memory that all lights use in turn.
+// "clues/arriving" of the picture; "encode:<light>/rsm", ".../light" (what the network makes of VPLs and
+// texels), ".../hits" (what rays show of it where they end), ".../embedding" and ".../kept" (what the gather
+// reads of the clues) of each light; ".../clues" for the time of its view alone, in memory that all lights
+// use in turn.
 //
 // Every pass is declared in every frame, and the graph runs those whose keys say that something has changed
 // (graph/key.h; engine/README.md, "Light observation"). So an unchanged light costs only its share of the
 // gather; where the camera moves, the clues of pixels and of views are redone, and the views; the power of a
-// light, or its being on, redoes the normalization alone. What is not redone equals what would be made, bit
-// for bit.
+// light, or its being on, redoes the sums over lights alone. What is not redone equals what would be made,
+// bit for bit.
 //
 //     NG_TRY(lf_encoder_create(&params, &encoder));
 //     NG_TRY(lf_encoder_join(encoder, composer));              // after G-buffer and light maps
@@ -73,7 +74,7 @@ struct lf_pixel_buffers {
     struct ng_graph_ref parts[LF_PIXEL_PARTS];
 };
 struct lf_light_buffers {
-    struct ng_graph_ref rsm, light, embedding, kept;
+    struct ng_graph_ref rsm, hits, light, embedding, kept;
 };
 // Where the executor works: scratch, which whoever runs it writes.
 struct lf_net_work {
@@ -105,7 +106,7 @@ extern const struct ng_item_type lf_embedding_item;
 void lf_read_pixels(struct ng_pass *pass, const struct lf_pixel_buffers *buffers);
 void lf_lend_pixels(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
                     struct lf_pixel_clues *clues);
-void lf_lend_emission(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
+void lf_lend_arriving(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
                       struct lf_pixel_clues *clues);
 // `fresh`: nothing has been laid out there.
 void lf_lend_embedding(const struct ng_pass_context *ctx, const struct lf_light_buffers *buffers, bool fresh,
@@ -129,7 +130,7 @@ void lf_clue_finish(struct lf_clue *clue);
 
 // How often each part has been made so far, over all lights.
 struct lf_encoder_counters {
-    uint64_t pixels, normalization, rsm, light, clues, view;
+    uint64_t pixels, arriving, rsm, light, clues, view;
 };
 struct lf_encoder_counters lf_encoder_counters_of(const struct lf_encoder *encoder);
 

@@ -68,8 +68,8 @@ bool lf_encoder_clue_buffer(const char *clue, char *out, size_t size)
     if (!parse(clue, &n))
         return false;
     int length;
-    if (n.input == LF_INPUT_PIXEL_REFLECTION_EMISSION)
-        length = snprintf(out, size, "clues/emission");
+    if (n.input >= 0 && (LF_ARRIVING_INPUTS >> n.input & 1))
+        length = snprintf(out, size, "clues/arriving");
     else if (!n.light[0])
         length = snprintf(out, size, "clues/pixels");
     else {

@@ -38,11 +38,14 @@ struct lf_encoder {
     struct lf_pixel_clues *pixels;
     NG_ARRAY(struct lf_kept_light *) kept; // each from calloc: passes hold their addresses
     NG_ARRAY(struct lf_active_light) active;
-    NG_ARRAY(struct lf_light_clues *) clues; // of the lights that shine, for the normalization
+    NG_ARRAY(struct lf_light_clues *) clues; // of the lights that shine, in the order of `active`
     uint32_t width, height;                  // of the last picture
     uint64_t most, refused;                  // bytes that were found to fit; what was refused last
     struct lf_encoder_counters counters;
 };
+
+// Inputs that are sums over all lights.
+#define LF_ARRIVING_INPUTS (1ull << LF_INPUT_PIXEL_REFLECTED | 1ull << LF_INPUT_PIXEL_GATHERED)
 
 // What the passes of a frame are made from; the lights are in self->active.
 struct lf_encoder_inputs {

@@ -24,7 +24,7 @@ uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_fr
     uint64_t key = ng_key_add_bytes(NG_KEY, words, sizeof words);
     key = ng_key_add_bytes(key, numbers, sizeof numbers);
     key = ng_key_add_bytes(key, s->camera.view, sizeof s->camera.view);
-    return reads(self, LF_INPUT_PIXEL_REFLECTION_EMISSION) ? ng_key_add(key, s->emission_version) : key;
+    return self->reads & LF_ARRIVING_INPUTS ? ng_key_add(key, s->emission_version) : key;
 }
 
 // What rays into a view may meet. Those of a perspective begin at the light, not at its near plane.

@@ -51,15 +51,15 @@ static void lend_part(const struct ng_pass_context *ctx, const struct lf_pixel_b
 void lf_lend_pixels(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
                     struct lf_pixel_clues *clues)
 {
-    for (int i = 0; i < LF_PIXEL_EMISSION; i++)
+    for (int i = 0; i < LF_PIXEL_ARRIVING; i++)
         lend_part(ctx, buffers, (enum lf_pixel_part)i, clues);
 }
 
-void lf_lend_emission(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
+void lf_lend_arriving(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
                       struct lf_pixel_clues *clues)
 {
-    if (buffers->parts[LF_PIXEL_EMISSION].id)
-        lend_part(ctx, buffers, LF_PIXEL_EMISSION, clues);
+    if (buffers->parts[LF_PIXEL_ARRIVING].id)
+        lend_part(ctx, buffers, LF_PIXEL_ARRIVING, clues);
 }
 
 static void lend_light(const struct ng_pass_context *ctx, enum lf_light_part part, struct ng_graph_ref ref,
@@ -100,14 +100,18 @@ static ng_result find_pixel_clues(const struct ng_pass_context *ctx)
     return lf_clues_pixels(&scene, &params, self->pixels);
 }
 
-static ng_result find_emission(const struct ng_pass_context *ctx)
+static ng_result find_arriving(const struct ng_pass_context *ctx)
 {
     const struct pass_data *d = ctx->data;
     struct lf_encoder *self = d->in.self;
-    self->counters.normalization++;
+    struct lf_clues_scene scene;
+    NG_TRY(find_scene(ctx, &d->in, &scene));
+    self->counters.arriving++;
     lf_lend_pixels(ctx, &d->in.pixels, self->pixels);
-    lf_lend_emission(ctx, &d->in.pixels, self->pixels);
-    return lf_clues_normalize(self->pixels);
+    lf_lend_arriving(ctx, &d->in.pixels, self->pixels);
+    for (size_t i = 0; i < self->active.count; i++)
+        lend_light(ctx, LF_LIGHT_HITS, self->active.items[i].buffers.hits, self->active.items[i].kept->clues);
+    return lf_clues_arriving(&scene, self->pixels, self->clues.items, (uint32_t)self->clues.count);
 }
 
 // Where the maps of this frame lie; their memory is another in each frame.
@@ -180,6 +184,7 @@ static ng_result find_view_clues(const struct ng_pass_context *ctx)
     lf_lend_pixels(ctx, &d->in.pixels, d->in.self->pixels);
     lend_light(ctx, LF_LIGHT_RSM, d->light.buffers.rsm, clues);
     lend_light(ctx, LF_LIGHT_VIEW, d->light.clues, clues);
+    lend_light(ctx, LF_LIGHT_HITS, d->light.buffers.hits, clues);
     return lf_clues_view(&scene, d->in.self->pixels, clues);
 }
 
@@ -227,6 +232,8 @@ static void declare_light_buffers(struct ng_graph *g, const struct lf_encoder_in
     char group[96];
     snprintf(group, sizeof group, "encode:%s", light);
     out->rsm = persistent(g, group, "rsm", lf_clues_rsm_bytes(self->params.vpl_count, views), NULL);
+    out->hits =
+        persistent(g, group, "hits", lf_clues_hits_bytes(width, height, self->params.reflection_rays), NULL);
     out->light = persistent(g, group, "light", net.light, NULL);
     out->embedding = persistent(g, group, "embedding", at_least_a_line(net.encoding), valid);
     if (kept)
@@ -248,14 +255,14 @@ static void keep_dark_lights(struct ng_graph *g, const struct lf_encoder_inputs 
 
 static void declare_buffers(struct ng_graph *g, struct lf_encoder_inputs *in)
 {
-    static const char *const parts[LF_PIXEL_PARTS] = {"pixels", "grid", "reflections", "emission"};
+    static const char *const parts[LF_PIXEL_PARTS] = {"pixels", "grid", "reflections", "arriving"};
     struct lf_encoder *self = in->self;
     uint32_t width = in->frame->width, height = in->frame->height;
     const struct lf_clues_bytes bytes = lf_clues_bytes(width, height, self->params.reflection_rays);
     const struct lf_net_bytes net = lf_net_picture_bytes(self->params.executor, width, height);
     bool valid;
     for (int i = 0; i < LF_PIXEL_PARTS; i++)
-        if (i != LF_PIXEL_EMISSION || self->reads >> LF_INPUT_PIXEL_REFLECTION_EMISSION & 1)
+        if (i != LF_PIXEL_ARRIVING || self->reads & LF_ARRIVING_INPUTS)
             in->pixels.parts[i] = persistent(g, "clues", parts[i], bytes.pixels[i], NULL);
     in->work.memory = ng_graph_persistent_buffer(
         g, "network/work",
@@ -313,7 +320,7 @@ static void write(struct ng_pass *pass, struct ng_graph_ref *ref)
 
 void lf_read_pixels(struct ng_pass *pass, const struct lf_pixel_buffers *buffers)
 {
-    for (int i = 0; i < LF_PIXEL_EMISSION; i++)
+    for (int i = 0; i < LF_PIXEL_ARRIVING; i++)
         read(pass, buffers->parts[i]);
 }
 
@@ -335,20 +342,22 @@ static void declare_pixel_clues(struct declaration *d)
     read(pass, d->in->rays->updated);
     for (size_t i = 0; i < NG_COUNT(images); i++)
         ng_pass_read_as(pass, images[i], NG_USE_HOST_READ, NG_KEY); // the key of the pass holds all of it
-    for (int i = 0; i < LF_PIXEL_EMISSION; i++)
+    for (int i = 0; i < LF_PIXEL_ARRIVING; i++)
         write(pass, &d->in->pixels.parts[i]);
 }
 
-// The last on these planes, since it alone depends on powers.
-static void declare_emission(struct declaration *d)
+// Of all lights, so after them.
+static void declare_arriving(struct declaration *d)
 {
-    struct ng_graph_ref *emission = &d->in->pixels.parts[LF_PIXEL_EMISSION];
-    if (!emission->id)
+    struct ng_graph_ref *arriving = &d->in->pixels.parts[LF_PIXEL_ARRIVING];
+    if (!arriving->id)
         return;
     struct ng_pass *pass =
-        add_pass(d, "clues:normalization", find_emission, lf_encoder_powers_key(d->in->frame->snapshot));
+        add_pass(d, "clues:arriving", find_arriving, lf_encoder_powers_key(d->in->frame->snapshot));
     lf_read_pixels(pass, &d->in->pixels);
-    write(pass, emission);
+    for (size_t i = 0; i < d->in->self->active.count; i++)
+        read(pass, d->in->self->active.items[i].buffers.hits);
+    write(pass, arriving);
 }
 
 static void declare_rsm(struct declaration *d)
@@ -372,8 +381,7 @@ static void declare_light(struct declaration *d)
 static void declare_clues(struct declaration *d)
 {
     char name[160];
-    uint64_t bytes =
-        lf_clues_view_bytes(d->in->frame->width, d->in->frame->height, d->in->self->params.reflection_rays);
+    uint64_t bytes = lf_clues_view_bytes(d->in->frame->width, d->in->frame->height);
     snprintf(name, sizeof name, "encode:%s/clues", d->light->kept->name);
     d->light->clues = ng_graph_add_buffer(d->graph, name, &(struct ng_graph_buffer_params){.size = bytes});
     struct ng_pass *pass = add_light_pass(d, "clues", find_view_clues, NG_KEY);
@@ -382,6 +390,7 @@ static void declare_clues(struct declaration *d)
     read(pass, d->light->buffers.rsm);
     read_maps(d, pass);
     write(pass, &d->light->clues);
+    write(pass, &d->light->buffers.hits);
 }
 
 static void declare_view(struct declaration *d)
@@ -405,7 +414,6 @@ void lf_encoder_declare(struct ng_graph *graph, struct lf_encoder_inputs *in)
     struct declaration d = {.graph = graph, .in = in};
     declare_buffers(graph, in);
     declare_pixel_clues(&d);
-    declare_emission(&d);
     for (size_t i = 0; i < in->self->active.count; i++) {
         d.light = &in->self->active.items[i];
         declare_rsm(&d);
@@ -413,4 +421,6 @@ void lf_encoder_declare(struct ng_graph *graph, struct lf_encoder_inputs *in)
         declare_clues(&d);
         declare_view(&d);
     }
+    d.light = NULL;
+    declare_arriving(&d);
 }

@@ -112,7 +112,7 @@ static void lend(const struct ng_pass_context *ctx, const struct pass_data *d)
     struct lf_gather *self = d->self;
     struct ng_graph_memory work = ng_pass_memory(ctx, d->pixels->work.memory);
     lf_lend_pixels(ctx, &d->pixels->buffers, d->pixels->clues);
-    lf_lend_emission(ctx, &d->pixels->buffers, d->pixels->clues);
+    lf_lend_arriving(ctx, &d->pixels->buffers, d->pixels->clues);
     lf_net_executor_lend(self->params.executor, work.data, work.size, d->pixels->work.fresh);
     for (size_t i = 0; i < self->embeddings.count; i++) {
         const struct lf_embedding *e = &self->embeddings.items[i];
@@ -205,8 +205,8 @@ static void declare_pass(struct lf_gather *self, struct ng_composer *composer, s
                                                                          .flags = NG_PASS_ON_DEMAND,
                                                                          .key = data->pixels->powers_key});
     lf_read_pixels(pass, &data->pixels->buffers);
-    if (data->pixels->buffers.parts[LF_PIXEL_EMISSION].id)
-        ng_pass_read(pass, data->pixels->buffers.parts[LF_PIXEL_EMISSION], NG_USE_HOST_READ);
+    if (data->pixels->buffers.parts[LF_PIXEL_ARRIVING].id)
+        ng_pass_read(pass, data->pixels->buffers.parts[LF_PIXEL_ARRIVING], NG_USE_HOST_READ);
     for (size_t i = 0; i < self->embeddings.count; i++) {
         const struct lf_light_buffers *b = &self->embeddings.items[i].buffers;
         const struct ng_graph_ref refs[] = {b->light, b->embedding, b->kept};

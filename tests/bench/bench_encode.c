@@ -63,7 +63,7 @@ static ng_result encode(struct bench *b)
         NG_TRY(lf_clues_view(&scene, b->pixels, b->lights[i]));
     }
     lf_clues_set_powers(b->stage->snapshot, b->pixels, b->lights, b->light_count);
-    NG_TRY(lf_clues_normalize(b->pixels));
+    NG_TRY(lf_clues_arriving(&scene, b->pixels, b->lights, b->light_count));
     return NG_OK;
 }
 

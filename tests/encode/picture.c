@@ -106,7 +106,7 @@ void picture_encode_with(struct picture *p, const struct scene *s, uint32_t widt
         OK(lf_clues_view(&scene, p->pixels, p->light[i]));
     }
     lf_clues_set_powers(s->snapshot, p->pixels, p->light, p->lights);
-    OK(lf_clues_normalize(p->pixels));
+    OK(lf_clues_arriving(&scene, p->pixels, p->light, p->lights));
 }
 
 void picture_encode(struct picture *p, const struct scene *s, uint32_t width, uint32_t height)
@@ -143,7 +143,8 @@ static uint64_t hash_values(const struct picture *p, const struct lf_net_values 
     for (int i = 0; i < LF_INPUT_COUNT; i++) {
         size_t count = counts[infos[i].domain] * infos[i].channels;
         bool of_power = infos[i].domain == LF_DOMAIN_FRAME || i == LF_INPUT_LIGHT_SHARE ||
-                        i == LF_INPUT_LIGHT_POWER || i == LF_INPUT_PIXEL_REFLECTION_EMISSION;
+                        i == LF_INPUT_LIGHT_POWER || i == LF_INPUT_PIXEL_REFLECTED ||
+                        i == LF_INPUT_PIXEL_GATHERED;
         if (!values->of[i] || (apart_from_power && of_power))
             continue;
         for (size_t k = 0; k < count; k++)

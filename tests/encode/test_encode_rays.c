@@ -111,9 +111,7 @@ static struct likeness compare_reflections(const struct picture *p, const float 
         for (uint32_t c = 0; c < 3; c++) {
             if (!(picture_pixels(p, LF_INPUT_PIXEL_SPECULAR, 0)[i] > 0.5f))
                 continue;
-            double seen = (double)((picture_view(p, 0, LF_INPUT_VIEW_REFLECTION, c)[i] +
-                                    picture_view(p, 0, LF_INPUT_VIEW_REFLECTION_RSM, c)[i]) *
-                                   unit),
+            double seen = (double)(picture_pixels(p, LF_INPUT_PIXEL_REFLECTED, c)[i] * unit),
                    b = (double)truth[3 * i + c];
             error += (seen - b) * (seen - b) / (b * b + 1e-3);
             mean += seen;
@@ -196,7 +194,7 @@ static double grain_of_wall(const struct picture *p, uint32_t size)
             size_t i = y * size + x;
             if (!on_back_wall(p, i) || !on_back_wall(p, i - 4) || !on_back_wall(p, i + 4))
                 continue;
-            const float *light = &picture_view(p, 0, LF_INPUT_VIEW_IRRADIANCE_RAYS, 0)[i];
+            const float *light = &picture_pixels(p, LF_INPUT_PIXEL_GATHERED, 0)[i];
             grain += fabs((double)light[0] - 0.5 * (double)(light[-4] + light[4]));
             sum += (double)light[0];
         }
@@ -232,7 +230,7 @@ static void what_stands_in_the_way_counts(void **state)
         if (!(at[3] > 0) || at[1] > -0.99f || fabsf(at[0]) > 0.8f || at[2] > -0.2f || at[2] < -1.6f)
             continue;
         expected += (double)truth[3 * i] / 0.48; // what Fresnel leaves of the albedo
-        rays += (double)(picture_view(&p, 0, LF_INPUT_VIEW_IRRADIANCE_RAYS, 0)[i] * unit);
+        rays += (double)(picture_pixels(&p, LF_INPUT_PIXEL_GATHERED, 0)[i] * unit);
         texels += (double)(picture_view(&p, 0, LF_INPUT_VIEW_IRRADIANCE_RSM, 0)[i] * unit);
     }
     double grain = grain_of_wall(&p, SIZE);

@@ -63,7 +63,7 @@ static void power_does_not_matter(void **state)
     ((struct ng_light_point *)ng_world_edit(s.world, lamps[0], NG_LIGHT_POINT))->on = false;
     scene_frame(&s, 3);
     lf_clues_set_powers(s.snapshot, p.pixels, p.light, 2); // alone, without encoding again
-    OK(lf_clues_normalize(p.pixels));
+    OK(lf_clues_arriving(&(struct lf_clues_scene){.tracer = s.tracer, .jobs = s.jobs}, p.pixels, p.light, 2));
     assert_true(picture_hash(&p, true) == hash);
     assert_true(*lf_pixel_clues_values(p.pixels)->of[LF_INPUT_FRAME_RADIANCE] == 0);
     assert_true(*lf_light_clues_values(p.light[0])->of[LF_INPUT_LIGHT_SHARE] == 0);
@@ -231,14 +231,17 @@ static void a_far_lamp_does_not_shadow_itself(void **state)
 {
     NG_UNUSED(state);
     static const enum lf_net_input inputs[] = {LF_INPUT_VIEW_VISIBILITY_DIFFUSE,
-                                               LF_INPUT_VIEW_VISIBILITY_SPECULAR, LF_INPUT_VIEW_REFLECTION,
-                                               LF_INPUT_VIEW_IRRADIANCE_RAYS};
+                                               LF_INPUT_VIEW_VISIBILITY_SPECULAR};
+    static const enum lf_net_input sums[] = {LF_INPUT_PIXEL_REFLECTED, LF_INPUT_PIXEL_GATHERED};
     struct pair p;
     pair_open(&p, build_low_lamp, 1, (const float[3]){1000, 0, 0});
     for (size_t i = 0; i < NG_COUNT(inputs); i++)
         assert_true(expect_same(inputs[i], picture_view(&p.picture[0], 0, inputs[i], 0),
                                 picture_view(&p.picture[1], 0, inputs[i], 0),
                                 (size_t)SIDE * SIDE * lf_net_inputs[inputs[i]].channels, 0.01));
+    for (size_t i = 0; i < NG_COUNT(sums); i++)
+        assert_true(expect_same(sums[i], picture_pixels(&p.picture[0], sums[i], 0),
+                                picture_pixels(&p.picture[1], sums[i], 0), (size_t)SIDE * SIDE * 3, 0.01));
     pair_close(&p);
 }
 
@@ -256,7 +259,7 @@ static void unread_inputs_are_left_out(void **state)
                         NULL);
     const struct lf_net_values *few = lf_light_clues_values(q.light[1]);
     assert_null(few->of[LF_INPUT_VIEW_SHADOW_DISTANCE]);
-    assert_null(few->of[LF_INPUT_VIEW_REFLECTION]);
+    assert_null(lf_pixel_clues_values(q.pixels)->of[LF_INPUT_PIXEL_REFLECTED]);
     assert_null(lf_pixel_clues_values(q.pixels)->of[LF_INPUT_PIXEL_REFLECTION_NEARNESS]);
     for (uint32_t c = 0; c < 3; c++) {
         assert_memory_equal(picture_view(&p, 1, LF_INPUT_VIEW_DIFFUSE, c),

@@ -18,11 +18,7 @@
     "{\"op\":\"sum\",\"in\":[\"seen\",\"light.share\"],\"out\":\"all.seen\"},"                               \
     "{\"op\":\"mul\",\"in\":[\"all.seen\",\"frame.radiance\"],\"out\":\"direct\"},"
 
-#define REFLECTED                                                                                            \
-    "{\"op\":\"add\",\"in\":[\"view.mirror\",\"view.mirror_bounce\"],\"out\":\"met\"},"                      \
-    "{\"op\":\"sum\",\"in\":[\"met\",\"light.share\"],\"out\":\"all.met\"},"                                 \
-    "{\"op\":\"add\",\"in\":[\"all.met\",\"pixel.mirror_emission\"],\"out\":\"mirrored\"},"                  \
-    "{\"op\":\"mul\",\"in\":[\"mirrored\",\"pixel.specular\"],\"out\":\"sharp\"},"
+#define REFLECTED "{\"op\":\"mul\",\"in\":[\"pixel.mirror_light\",\"pixel.specular\"],\"out\":\"sharp\"},"
 
 static const char physics[] = "[" VISIBLE DIRECT REFLECTED
                               "{\"op\":\"sum\",\"in\":[\"view.bounce\",\"light.share\"],\"out\":\"bounce\"},"
@@ -59,8 +55,8 @@ static const char learned[] =
     "\"k\",\"name\":\"k\",\"channels\":8},"
     "{\"op\":\"attend\",\"in\":[\"q\",\"k\",\"z\",\"light.share\"],\"out\":\"m\",\"heads\":2,\"gate\":"
     "\"sigmoid\"},"
-    "{\"op\":\"add\",\"in\":[\"view.bounce\",\"view.gathered\"],\"out\":\"around\"},"
-    "{\"op\":\"sum\",\"in\":[\"around\",\"light.share\"],\"out\":\"bounce\"},"
+    "{\"op\":\"sum\",\"in\":[\"view.bounce\",\"light.share\"],\"out\":\"all.bounce\"},"
+    "{\"op\":\"add\",\"in\":[\"all.bounce\",\"pixel.gathered\"],\"out\":\"bounce\"},"
     "{\"op\":\"conv\",\"in\":[\"bounce\",\"m\",\"pixel.mirror\"],\"out\":\"g\",\"name\":\"g\","
     "\"channels\":8,"
     "\"act\":\"leaky\"},"

@@ -56,7 +56,7 @@ class Structured(unittest.TestCase):
 
     def test_metal_shows_no_light_where_its_rays_meet_nothing(self):
         inputs = dict(self.inputs)
-        for name in ("pixel.diffuse", "pixel.mirror", "pixel.mirror_emission", "view.mirror", "view.mirror_bounce"):
+        for name in ("pixel.diffuse", "pixel.mirror", "pixel.mirror_light"):
             inputs[name] = torch.zeros_like(self.inputs[name])
         dark = dict(inputs)
         dark["pixel.mirror_missed"] = torch.ones_like(self.inputs["pixel.mirror_missed"])

@@ -354,7 +354,7 @@ class Radii(unittest.TestCase):
     """A scene of twice the radius has other units and the same light."""
 
     # Depends on where the RSM's rays are, which its random numbers and rounding decide.
-    SAMPLED = {"texel", "bounce", "gathered", "mirror", "mirror_bounce", "mirror_albedo", "glossy_reached", "occluder"}
+    SAMPLED = {"texel", "bounce", "gathered", "mirror", "mirror_light", "mirror_albedo", "glossy_reached", "occluder"}
 
     @staticmethod
     def inputs(name: str, times: float) -> dict[str, torch.Tensor]:

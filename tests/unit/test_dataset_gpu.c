@@ -432,7 +432,7 @@ static void shards_hold_inputs_and_targets(void **state)
     OK(ng_file_read(sheet, 0, &png, &size));
     OK(ng_image_decode(sheet, png, size, &(struct ng_image_params){.no_mips = true}, &image));
     free(png);
-    assert_int_equal(image.width, 44 * (24 + 4) + 4); // 12 tiles of a crop and 16 of each of two lights
+    assert_int_equal(image.width, 40 * (24 + 4) + 4); // 14 tiles of a crop and 13 of each of two lights
     assert_int_equal(image.height, 3 * (24 + 4) + 4);
     ng_image_finish(&image);
 }

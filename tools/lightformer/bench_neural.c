@@ -144,7 +144,7 @@ static const struct {
     {"light encoding", "encode:", "/light", LIGHT, false},
     {"U-Net", "encode:", "/view", UNET, false},
     {"gather", "gather", "", GATHER, false},
-    {NULL, "clues:normalization", "", GATHER, false},
+    {NULL, "clues:arriving", "", GATHER, false},
     {NULL, LF_NEURAL_METHOD "/", "", GATHER, false}, // images of what was gathered
     {"tone map", "tone map", "", DISPLAY, true},
     {NULL, "compose", "", DISPLAY, true},

@@ -52,13 +52,12 @@ class Clues:
 
     def reflected(self) -> np.ndarray:
         """T_i of metals."""
-        emitted = self.of("pixel.mirror_emission") * self.unit
-        seen = self.summed(self.of("view.mirror") + self.of("view.mirror_bounce"))
-        return self.of("pixel.specular") * (seen + emitted)
+        return self.of("pixel.specular") * self.of("pixel.mirror_light") * self.unit
 
     def diffused(self, clue: str) -> np.ndarray:
         """T_i of others."""
-        return self.of("pixel.diffuse") * self.summed(self.of(clue))
+        light = self.of(clue) * self.unit if clue.startswith("pixel.") else self.summed(self.of(clue))
+        return self.of("pixel.diffuse") * light
 
     def surfaces(self) -> dict[str, np.ndarray]:
         """Masks [h, w] by kind."""
@@ -117,7 +116,7 @@ def judge(clues: Clues, truth: Truth, title: str) -> tables.Table:
         if name == "metals":
             row += [found.fitted(clues.reflected(), "indirect", mask), tables.NOTHING, tables.NOTHING]
         else:
-            by = (found.fitted(clues.diffused(f"view.{clue}"), "indirect", mask) for clue in ("bounce", "gathered"))
+            by = (found.fitted(clues.diffused(clue), "indirect", mask) for clue in ("view.bounce", "pixel.gathered"))
             row += [tables.NOTHING, *by]
         rows.append(row)
     head = ["surfaces", "of all pixels", "T_d", "T_i: reflections", "T_i: texels", "T_i: hemisphere"]

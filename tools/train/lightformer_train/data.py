@@ -27,8 +27,7 @@ NEITHER = {"light.kind"}
 # What the radius R of the scene is in: divided by it, by its square, or multiplied by that.
 LENGTHS = {name for name in INPUTS if name.rpartition(".")[2] in ("position", "offset", "distance", "occluder")}
 POWERS = {"frame.radiance", "frame.mean_power", "light.power"}
-RADIANCES = {"pixel.mirror_emission", *(f"view.{x}" for x in ("diffuse", "glossy", "bounce", "gathered"))}
-RADIANCES |= {"view.mirror", "view.mirror_bounce"}
+RADIANCES = {"view.diffuse", "view.glossy", "view.bounce", "pixel.mirror_light", "pixel.gathered"}
 MIRROR = {name for name in INPUTS if "mirror" in name}
 
 

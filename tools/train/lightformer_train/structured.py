@@ -221,12 +221,10 @@ def _indirect(
         radiances.append(bounce)
         arriving.append((bounce, 0, -0.8 if "gathered" not in without else 1.2))
     if "gathered" not in without:
-        gathered = b.apply("sum", "view.gathered", "light.share")
-        radiances.append(gathered)
-        arriving.append((gathered, 12, 0.3))
+        radiances.append("pixel.gathered")
+        arriving.append(("pixel.gathered", 12, 0.3))
     if "mirror" not in without:
-        mirror = _mirrored(b)
-        radiances.append(mirror)
+        radiances.append("pixel.mirror_light")
     logs = b.apply("concat", *(b.log_radiance(x, UNIT) for x in radiances))
     start = b.linear(
         "screen.in",
@@ -264,13 +262,7 @@ def _indirect(
         # Whatever else is not known: no light comes from where rays meet nothing.
         radiance = b.apply("mul", radiance, b.affine("pixel.mirror_missed", -1.0, 1.0))
         gate = b.apply("sigmoid", b.affine(part(9, 10), 1.0, 2.0))
-        radiance = b.apply("add", radiance, b.apply("mul", mirror, gate))
+        radiance = b.apply("add", radiance, b.apply("mul", "pixel.mirror_light", gate))
     fresnel = b.apply("softplus", b.affine(part(10, 11), 1.0, -4.0))
     glossy = b.apply("mul", b.apply("add", "pixel.specular", fresnel), radiance)
     return b.apply("add", diffuse, glossy)
-
-
-def _mirrored(b: Builder) -> str:
-    """Radiance that the mirror rays meet, in units of frame.radiance."""
-    of_lights = b.apply("sum", b.apply("add", "view.mirror", "view.mirror_bounce"), "light.share")
-    return b.apply("add", of_lights, "pixel.mirror_emission")
