@@ -37,7 +37,7 @@ static uint64_t bytes_arriving(const struct picture *p)
 static uint64_t bytes_of_reflections(const struct picture *p)
 {
     const uint64_t lattices = LF_REFLECTION_KINDS * sizeof(uint32_t);
-    uint64_t pixel = sizeof(unsigned char) + lattices + sizeof(struct lf_reflection_taps) +
+    uint64_t pixel = sizeof(unsigned char) + lattices + sizeof(struct lf_reflection_taps) + sizeof(uint32_t) +
                      sizeof(struct lf_sight) + sizeof(struct lf_reflection_filter_taps);
     return p->pixels * pixel + p->hits * sizeof(struct lf_secondary_hit) +
            p->rays * sizeof(struct lf_reflection_ray);
@@ -67,7 +67,7 @@ struct lf_clues_bytes lf_clues_bytes(uint32_t width, uint32_t height, uint32_t r
     const struct picture p = measure(width, height, reflection_rays);
     const uint64_t grid = p.pixels * (sizeof(struct lf_grid_taps) + sizeof(uint32_t)); // and pixels alone
     return (struct lf_clues_bytes){{
-        [LF_PIXEL_PLANES_PART] = LF_PIXEL_PLANES * plane_bytes(&p) + ROUNDING,
+        [LF_PIXEL_PLANES_PART] = LF_PIXEL_PLANES * plane_bytes(&p) + p.pixels + ROUNDING,
         [LF_PIXEL_GRID] = grid + bytes_of_hemisphere(&p) + bytes_shown(&p) + ROUNDING,
         [LF_PIXEL_REFLECTIONS] = bytes_of_reflections(&p) + ROUNDING,
         [LF_PIXEL_ARRIVING] = 6 * plane_bytes(&p) + bytes_arriving(&p) + ROUNDING,

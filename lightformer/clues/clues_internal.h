@@ -89,6 +89,7 @@ struct lf_reflections {
     LF_PART(struct lf_secondary_hit) hits; // of a kind in the order of pixels
     LF_PART(struct lf_reflection_ray) rays;             // of the first hits
     LF_PART(struct lf_reflection_taps) taps;            // of all pixels that reflect
+    LF_PART(uint32_t) tap_at;                           // by pixel: index of its taps, if it reflects
     LF_PART(struct lf_sight) sights;                    // by pixel; only of those that reflect
     LF_PART(struct lf_reflection_filter_taps) filtered; // of those that see what others see
     LF_PART(float) seen;                                // what hits show but for light; then scratch
@@ -110,6 +111,12 @@ struct lf_hemisphere {
 // 512 x 512 would compete for one set of a cache.
 #define LF_PLANE_GAP    208
 
+// What the four pixels beside a pixel say of its surface, a bit each.
+enum lf_relief {
+    LF_EDGE = 1, // one of them is of another surface, or none
+    LF_BENT = 2, // one of them is not in its plane, or has another normal
+};
+
 struct lf_pixel_clues {
     uint32_t width, height, reflection_rays; // as lf_clues_pixels was told
     struct lf_space space;
@@ -122,6 +129,7 @@ struct lf_pixel_clues {
     float *diffuse[3], *specular[3], *roughness;
     float *reflection_nearness, *reflection_missed, *reflection_albedo[3];
     bool misses;                            // some reflection ray met nothing
+    LF_PART(unsigned char) relief;          // by pixel: enum lf_relief
     uint32_t grid_width, grid_height;       // of every LF_GRID_STEP-th pixel
     LF_PART(struct lf_grid_taps) grid_taps; // of each pixel
     LF_PART(uint32_t) alone;                // pixels that no neighbour on the grid speaks for

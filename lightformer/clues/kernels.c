@@ -753,13 +753,11 @@ static void arrive(const struct lf_light_sample *sample, bool infinite, const st
 
 // ---- reflections ------------------------------------------------------------------------------------------
 
-#define BLOCK_LANES _Pragma("omp simd") for (int i = 0; i < LF_NEIGHBOUR_LANES; i++)
-
-// Of the half vectors between viewer and rays; a ray that the surface does not reflect loses its weight.
+// Of the half vectors between viewers and rays; a ray that a surface does not reflect loses its weight.
 struct halves {
-    float cosine[LF_NEIGHBOUR_LANES];  // of the ray
-    float nh[LF_NEIGHBOUR_LANES];      // of the half vector
-    float tangent[LF_NEIGHBOUR_LANES]; // of the half vector, squared
+    float cosine[LF_RAY_TAPS][LF_LANES];  // of the ray
+    float nh[LF_RAY_TAPS][LF_LANES];      // of the half vector
+    float tangent[LF_RAY_TAPS][LF_LANES]; // of the half vector, squared
 };
 
 // How much a ray from elsewhere counts, by the cosine between the normals and the height over the plane, in
@@ -771,49 +769,70 @@ static inline float ray_weight(float facing, float height)
     return ng_max(facing, 0.0f) / (1 + height * height);
 }
 
-static void find_halves(const struct lf_shading_point *at, float grain, const struct lf_neighbour_rays *h,
-                        struct halves *out, float weight[LF_NEIGHBOUR_LANES])
+static void find_halves(const struct lf_shading_points *at, const float per_grain[LF_LANES],
+                        const struct lf_ray_window *rays, int tap, struct halves *out, float weight[LF_LANES])
 {
-    const float *n = at->normal, *f = at->flat, *v = at->view;
-    float per_grain = 1 / grain;
-    BLOCK_LANES
+    int row = tap / LF_INTERLEAVE_TAPS, column = tap % LF_INTERLEAVE_TAPS;
+    float window = rays->across[column] * rays->down[row];
+    LANES
     {
-        float wx = h->to[0][i], wy = h->to[1][i], wz = h->to[2][i];
+        int k = i + column;
+        float px = at->position[0][i], py = at->position[1][i], pz = at->position[2][i];
+        float nx = at->normal[0][i], ny = at->normal[1][i], nz = at->normal[2][i];
+        float met = rays->met[row][k];
+        float wx = rays->to[0][row][k] - met * px, wy = rays->to[1][row][k] - met * py,
+              wz = rays->to[2][row][k] - met * pz;
         float scale = 1 / ng_sqrt(ng_max(dot(wx, wy, wz, wx, wy, wz), 1e-30f));
         wx *= scale;
         wy *= scale;
         wz *= scale;
-        float hx = wx + v[0], hy = wy + v[1], hz = wz + v[2];
-        float nh = dot(n[0], n[1], n[2], hx, hy, hz) / ng_sqrt(ng_max(dot(hx, hy, hz, hx, hy, hz), 1e-30f));
-        float nl = dot(n[0], n[1], n[2], wx, wy, wz), fl = dot(f[0], f[1], f[2], wx, wy, wz);
-        float height = dot(n[0], n[1], n[2], h->from[0][i], h->from[1][i], h->from[2][i]) * per_grain;
-        float facing = dot(n[0], n[1], n[2], h->normal[0][i], h->normal[1][i], h->normal[2][i]);
+        float hx = wx + at->view[0][i], hy = wy + at->view[1][i], hz = wz + at->view[2][i];
+        float nh = dot(nx, ny, nz, hx, hy, hz) / ng_sqrt(ng_max(dot(hx, hy, hz, hx, hy, hz), 1e-30f));
+        float nl = dot(nx, ny, nz, wx, wy, wz),
+              fl = dot(at->flat[0][i], at->flat[1][i], at->flat[2][i], wx, wy, wz);
+        float height = per_grain[i] * dot(nx, ny, nz, rays->from[0][row][k] - px, rays->from[1][row][k] - py,
+                                          rays->from[2][row][k] - pz);
+        float facing =
+            dot(nx, ny, nz, rays->normal[0][row][k], rays->normal[1][row][k], rays->normal[2][row][k]);
         float square = nh * nh;
-        float kept = nl > 0 ? h->weight[i] : 0;
+        float kept = nl > 0 ? window * rays->there[row][k] : 0;
         kept = fl > 0 ? kept : 0;
         kept = nh > 0 ? kept : 0;
         weight[i] = kept * ray_weight(facing, height);
-        out->cosine[i] = nl;
-        out->nh[i] = ng_min(nh, 1.0f);
+        out->cosine[tap][i] = nl;
+        out->nh[tap][i] = ng_min(nh, 1.0f);
         float tangent = ng_max(1 - square, 0.0f) / ng_max(square, 1e-6f);
-        out->tangent[i] = weight[i] > 0 ? tangent : 1e30f;
+        out->tangent[tap][i] = weight[i] > 0 ? tangent : 1e30f;
     }
 }
 
-static void reflect_rays(const struct lf_shading_point *at, float grain, const struct lf_neighbour_rays *hits,
-                         float weight[LF_NEIGHBOUR_LANES])
+static void reflect_rays(const struct lf_shading_points *at, const float grain[LF_LANES],
+                         const struct lf_ray_window *rays, float weight[LF_RAY_TAPS][LF_LANES])
 {
     struct halves h;
-    find_halves(at, grain, hits, &h, weight);
-    float least = h.tangent[0], alpha = ng_brdf_alpha(at->roughness), nv = lf_shading_cosine(at);
-    for (int i = 1; i < LF_NEIGHBOUR_LANES; i++)
-        least = ng_min(least, h.tangent[i]);
-    float roughness = ng_sqrt(ng_min(ng_sqrt(alpha * alpha + least), 1.0f));
-    BLOCK_LANES
+    float per_grain[LF_LANES], least[LF_LANES], nv[LF_LANES], roughness[LF_LANES];
+    LANES per_grain[i] = 1 / grain[i], least[i] = 1e30f;
+    for (int k = 0; k < LF_RAY_TAPS; k++) {
+        find_halves(at, per_grain, rays, k, &h, weight[k]);
+        LANES least[i] = ng_min(least[i], h.tangent[k][i]);
+    }
+    LANES
     {
-        float density = ng_brdf_sample_pdf(nv, h.nh[i], roughness) + hits->density[i];
-        float nl = ng_max(h.cosine[i], 1e-6f); // of a ray that counts it is more
-        weight[i] *= ng_brdf_lobe(nl, nv, h.nh[i], roughness) * nl / density;
+        float alpha = ng_brdf_alpha(at->roughness[i]);
+        float cosine = dot(at->normal[0][i], at->normal[1][i], at->normal[2][i], at->view[0][i],
+                           at->view[1][i], at->view[2][i]);
+        nv[i] = ng_max(cosine, LF_LEAST_COSINE);
+        roughness[i] = ng_sqrt(ng_min(ng_sqrt(alpha * alpha + least[i]), 1.0f));
+    }
+    for (int k = 0; k < LF_RAY_TAPS; k++) {
+        int row = k / LF_INTERLEAVE_TAPS, column = k % LF_INTERLEAVE_TAPS;
+        LANES
+        {
+            float density =
+                ng_brdf_sample_pdf(nv[i], h.nh[k][i], roughness[i]) + rays->density[row][i + column];
+            float nl = ng_max(h.cosine[k][i], 1e-6f); // of a ray that counts it is more
+            weight[k][i] *= ng_brdf_lobe(nl, nv[i], h.nh[k][i], roughness[i]) * nl / density;
+        }
     }
 }
 

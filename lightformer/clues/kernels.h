@@ -85,15 +85,19 @@ struct lf_aim {
     float weight[LF_LANES];                           // what the ray counts
 };
 
-#define LF_NEIGHBOUR_LANES 32 // LF_INTERLEAVE_TAPS^2 rays of a block, rounded up
+#define LF_RAY_TAPS    (LF_INTERLEAVE_TAPS * LF_INTERLEAVE_TAPS) // rays of a block
+#define LF_RAY_COLUMNS (LF_LANES + LF_INTERLEAVE_TAPS - 1)
 
-// Rays around a surface, relative to it.
-struct lf_neighbour_rays {
-    float from[3][LF_NEIGHBOUR_LANES];   // where they began
-    float normal[3][LF_NEIGHBOUR_LANES]; // there
-    float to[3][LF_NEIGHBOUR_LANES];     // to what they met, or into the direction in which there is nothing
-    float density[LF_NEIGHBOUR_LANES];   // per steradian, with which they were chosen
-    float weight[LF_NEIGHBOUR_LANES];    // in the window; 0: no ray
+// Rays around LF_LANES pixels of a row that are as far apart as rays are: lane i looks at the columns from i
+// to i + LF_INTERLEAVE_TAPS - 1. Lengths as of points.
+struct lf_ray_window {
+    float from[3][LF_INTERLEAVE_TAPS][LF_RAY_COLUMNS];   // where they began
+    float normal[3][LF_INTERLEAVE_TAPS][LF_RAY_COLUMNS]; // there
+    float to[3][LF_INTERLEAVE_TAPS][LF_RAY_COLUMNS];   // what they met, or a direction, where that is nothing
+    float met[LF_INTERLEAVE_TAPS][LF_RAY_COLUMNS];     // 1 or 0
+    float density[LF_INTERLEAVE_TAPS][LF_RAY_COLUMNS]; // per steradian, with which they were chosen
+    float there[LF_INTERLEAVE_TAPS][LF_RAY_COLUMNS];   // 1; 0: no ray
+    float across[LF_INTERLEAVE_TAPS], down[LF_INTERLEAVE_TAPS]; // how much columns and rows count
 };
 
 // How much a pixel says of another one, by its height over the other's plane, in grains, and the cosine
@@ -142,8 +146,8 @@ struct lf_kernels {
     // have been chosen (balance heuristic), on surfaces like this one: `grain` is the distance from its plane
     // that halves a weight. A lobe that is so narrow that it ends between the rays is widened to the nearest
     // one.
-    void (*reflect)(const struct lf_shading_point *at, float grain, const struct lf_neighbour_rays *hits,
-                    float weight[LF_NEIGHBOUR_LANES]);
+    void (*reflect)(const struct lf_shading_points *at, const float grain[LF_LANES],
+                    const struct lf_ray_window *rays, float weight[LF_RAY_TAPS][LF_LANES]);
     // Means of what pixels and their neighbours found, weighed by how alike they are (lf_interleaved_filter).
     void (*average)(const struct lf_neighbourhood *pixels, bool specular, float out[LF_LANES]);
 };

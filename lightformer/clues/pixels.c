@@ -54,7 +54,8 @@ static ng_result lay_out(struct lf_pixel_clues *p)
 {
     size_t count = (size_t)p->width * p->height;
     LF_PART(float) all;
-    if (!lf_take(&p->memory[LF_PIXEL_PLANES_PART], &all, LF_PIXEL_PLANES * (count + LF_PLANE_GAP)))
+    if (!lf_take(&p->memory[LF_PIXEL_PLANES_PART], &all, LF_PIXEL_PLANES * (count + LF_PLANE_GAP)) ||
+        !lf_take(&p->memory[LF_PIXEL_PLANES_PART], &p->relief, count))
         return ng_out_of_memory("the inputs of a picture");
     struct layout l = {.out = p, .next = all.items, .count = count};
     set_planes(&l, &p->mask, 1);
@@ -184,6 +185,57 @@ void lf_shading_points_set_pixel(const struct lf_pixel_clues *p, size_t pixel, i
     out->roughness[lane] = p->roughness[pixel];
 }
 
+// ---- relief ----------------------------------------------------------------------------------------------
+
+#define LIKE   0.5f    // bilateral weight
+#define FLAT   0.9995f // cosine between normals
+#define HEIGHT 0.1f    // over the plane, in grains
+
+// How pixels of a row from `i` on are unlike those `step` further.
+static void compare_row(const struct lf_pixel_clues *p, size_t i, uint32_t count, size_t step,
+                        unsigned char *out)
+{
+    const float *const *x = (const float *const *)p->position, *const *n = (const float *const *)p->normal;
+    for (size_t k = i; k < i + count; k++) {
+        size_t other = k + step;
+        float height = (x[0][other] - x[0][k]) * n[0][k] + (x[1][other] - x[1][k]) * n[1][k] +
+                       (x[2][other] - x[2][k]) * n[2][k];
+        float cosine = n[0][other] * n[0][k] + n[1][other] * n[1][k] + n[2][other] * n[2][k];
+        float like = lf_bilateral_falloff(height / lf_plane_grain(p->distance[k]), cosine);
+        bool same = like > LIKE && p->mask[k] > 0 && p->mask[other] > 0;
+        bool flat = same && cosine > FLAT && fabsf(height) < HEIGHT * lf_plane_grain(p->distance[k]);
+        out[k - i] = (unsigned char)((same ? 0 : LF_EDGE) | (flat ? 0 : LF_BENT));
+    }
+}
+
+// Of RELIEF_RUN pixels of a row, so that what is compared stays small.
+#define RELIEF_RUN 256
+static void find_relief(struct lf_pixel_clues *p, uint32_t y, uint32_t x0, uint32_t x1)
+{
+    unsigned char right[RELIEF_RUN + 1], above[RELIEF_RUN], below[RELIEF_RUN];
+    uint32_t count = x1 - x0, left = x0 > 0, ends = x1 == p->width;
+    size_t first = (size_t)y * p->width + x0;
+    memset(right, 0, sizeof right); // beyond the picture all is alike
+    memset(above, 0, sizeof above);
+    memset(below, 0, sizeof below);
+    compare_row(p, first - left, count + left - ends, 1, right + 1 - left);
+    if (y > 0)
+        compare_row(p, first - p->width, count, p->width, above);
+    if (y + 1 < p->height)
+        compare_row(p, first, count, p->width, below);
+    for (uint32_t i = 0; i < count; i++)
+        p->relief.items[first + i] = right[i] | right[i + 1] | above[i] | below[i];
+}
+
+static void find_relief_of_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    struct lf_pixel_clues *p = user;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < p->width; x += RELIEF_RUN)
+            find_relief(p, y, x, p->width - x < RELIEF_RUN ? p->width : x + RELIEF_RUN);
+}
+
 // ---- the grid --------------------------------------------------------------------------------------------
 
 float lf_bilateral_weight(const struct lf_pixel_clues *p, size_t pixel, size_t other)
@@ -258,6 +310,7 @@ ng_result lf_pixels_read(const struct lf_clues_scene *scene, const struct lf_clu
     NG_TRY(lay_out(out));
     ng_jobs_for(scene->jobs, (uint32_t)(((size_t)out->width * out->height + RUN - 1) / RUN), 16, read_runs,
                 &reading);
+    ng_jobs_for(scene->jobs, out->height, ROWS, find_relief_of_rows, out);
     bool gridded =
         lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RSM) || lf_clues_wants(scene, LF_INPUT_PIXEL_GATHERED);
     return gridded ? connect_to_grid(scene, out) : NG_OK;

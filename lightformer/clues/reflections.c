@@ -12,7 +12,7 @@
 #define PIXEL_CHANNELS 5
 #define PIXEL_STRIDE   8
 #define LEAST_PART     1e-3f // of a lobe, for a mirror
-#define TAPS           (LF_INTERLEAVE_TAPS * LF_INTERLEAVE_TAPS)
+#define TAPS           LF_RAY_TAPS
 #define WHOLE          65535.0f // sum of a pixel's weights
 #define RAY_GRAIN      0.05f // distance from a pixel's plane, in distances to the eye, that halves a weight
 
@@ -185,87 +185,150 @@ struct block {
     uint32_t column, row; // of the first; may wrap
 };
 
+// The first column or row of the rays around a pixel.
+static uint32_t first_ray(uint32_t at, uint32_t spacing)
+{
+    return (at + spacing / 2) / spacing - LF_INTERLEAVE_HALF;
+}
+
 static struct block block_of(const struct lf_pixel_clues *p, uint32_t pixel)
 {
     const struct lf_reflection_lattice *l = &p->reflections.lattices[p->reflections.kinds.items[pixel]];
-    uint32_t x = pixel % p->width, y = pixel / p->width, half = LF_INTERLEAVE_HALF;
-    return (struct block){l, (x + l->spacing / 2) / l->spacing - half,
-                          (y + l->spacing / 2) / l->spacing - half};
+    return (struct block){l, first_ray(pixel % p->width, l->spacing),
+                          first_ray(pixel / p->width, l->spacing)};
 }
 
-// Index of ray k's hit + 1, or 0.
+// Index of a ray's hit + 1, or 0.
+static uint32_t hit_at(const struct lf_reflection_lattice *l, uint32_t column, uint32_t row)
+{
+    return column < l->width && row < l->height ? l->hit_at.items[(size_t)row * l->width + column] : 0;
+}
+
+// Of ray k of a block.
 static uint32_t hit_of(const struct block *b, uint32_t k)
 {
-    uint32_t column = b->column + k % LF_INTERLEAVE_TAPS, row = b->row + k / LF_INTERLEAVE_TAPS;
-    bool inside = column < b->lattice->width && row < b->lattice->height;
-    return inside ? b->lattice->hit_at.items[(size_t)row * b->lattice->width + column] : 0;
+    return hit_at(b->lattice, b->column + k % LF_INTERLEAVE_TAPS, b->row + k / LF_INTERLEAVE_TAPS);
 }
 
-static void set_lane_of_block(const struct lf_pixel_clues *p, uint32_t pixel,
-                              const struct lf_reflection_ray *ray, uint32_t k, struct lf_neighbour_rays *out)
+// LF_LANES pixels of a row, as far apart as rays of a kind are.
+struct run {
+    const struct lf_pixel_clues *pixels;
+    enum lf_reflection_kind kind;
+    uint32_t x, y;
+};
+
+static uint32_t spacing_of(const struct run *r)
 {
+    return r->pixels->reflections.lattices[r->kind].spacing;
+}
+
+static bool is_of_kind(const struct run *r, uint32_t lane, size_t *pixel)
+{
+    uint32_t x = r->x + lane * spacing_of(r);
+    *pixel = (size_t)r->y * r->pixels->width + x;
+    return x < r->pixels->width && r->pixels->reflections.kinds.items[*pixel] == r->kind;
+}
+
+static void set_ray(const struct lf_reflection_ray *ray, size_t row, size_t column, struct lf_ray_window *out)
+{
+    out->there[row][column] = ray ? 1 : 0;
+    if (!ray) // any numbers, but numbers
+        return;
     for (int c = 0; c < 3; c++) {
-        float at = p->position[c][pixel];
-        out->from[c][k] = ray->from[c] - at;
-        out->normal[c][k] = ray->normal[c];
-        out->to[c][k] = ray->met ? ray->to[c] - at : ray->to[c];
+        out->from[c][row][column] = ray->from[c];
+        out->normal[c][row][column] = ray->normal[c];
+        out->to[c][row][column] = ray->to[c];
     }
-    out->density[k] = ray->density;
+    out->met[row][column] = ray->met ? 1 : 0;
+    out->density[row][column] = ray->density;
 }
 
-static void gather_block(const struct lf_pixel_clues *p, uint32_t pixel, struct lf_neighbour_rays *out)
+static void gather_rays(const struct run *r, struct lf_ray_window *out)
 {
-    struct block b = block_of(p, pixel);
-    float across[LF_INTERLEAVE_TAPS], down[LF_INTERLEAVE_TAPS], s = (float)b.lattice->spacing;
-    uint32_t x = pixel % p->width, y = pixel / p->width;
-    lf_interleave_window((float)x / s - (float)(int32_t)b.column, across);
-    lf_interleave_window((float)y / s - (float)(int32_t)b.row, down);
-    for (uint32_t k = 0; k < TAPS; k++) {
-        uint32_t hit = hit_of(&b, k);
-        out->weight[k] = hit ? across[k % LF_INTERLEAVE_TAPS] * down[k / LF_INTERLEAVE_TAPS] : 0;
-        if (hit)
-            set_lane_of_block(p, pixel, &p->reflections.rays.items[hit - 1], k, out);
-    }
+    const struct lf_reflections *m = &r->pixels->reflections;
+    const struct lf_reflection_lattice *l = &m->lattices[r->kind];
+    uint32_t column = first_ray(r->x, l->spacing), row = first_ray(r->y, l->spacing);
+    float s = (float)l->spacing;
+    lf_interleave_window((float)r->x / s - (float)(int32_t)column, out->across);
+    lf_interleave_window((float)r->y / s - (float)(int32_t)row, out->down);
+    for (uint32_t j = 0; j < LF_INTERLEAVE_TAPS; j++)
+        for (uint32_t i = 0; i < LF_RAY_COLUMNS; i++) {
+            uint32_t hit = hit_at(l, column + i, row + j);
+            set_ray(hit ? &m->rays.items[hit - 1] : NULL, j, i, out);
+        }
 }
 
-static void find_taps(const struct lf_pixel_clues *p, const struct lf_kernels *kernels,
-                      struct lf_neighbour_rays *block, struct lf_reflection_taps *out)
+// Weights of a lane as parts of WHOLE.
+static void store_taps(const float weight[LF_RAY_TAPS][LF_LANES], uint32_t lane,
+                       struct lf_reflection_taps *out)
 {
-    struct lf_shading_point point;
-    float weight[LF_NEIGHBOUR_LANES], sum = 0;
-    lf_pixel_shading_point(p, out->pixel, &point);
-    gather_block(p, out->pixel, block);
-    kernels->reflect(&point, RAY_GRAIN * p->distance[out->pixel] + 1e-12f, block, weight);
+    float sum = 0;
     for (uint32_t k = 0; k < TAPS; k++)
-        sum += weight[k];
+        sum += weight[k][lane];
     bool any = sum > 0 && isfinite(sum);
+    float scale = any ? WHOLE / sum : 0;
     for (uint32_t k = 0; k < TAPS; k++)
-        out->weight[k] = any ? (uint16_t)lrintf(weight[k] / sum * WHOLE) : 0;
+        out->weight[k] = any ? (uint16_t)(weight[k][lane] * scale + 0.5f) : 0;
 }
 
-static void find_all_taps(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+static void find_taps(const struct run *r, struct lf_ray_window *rays)
+{
+    const struct lf_reflections *m = &r->pixels->reflections;
+    struct lf_shading_points points;
+    float grain[LF_LANES], weight[LF_RAY_TAPS][LF_LANES];
+    size_t pixel, some = SIZE_MAX;
+    for (uint32_t i = 0; i < LF_LANES; i++)
+        some = is_of_kind(r, i, &pixel) ? pixel : some;
+    if (some == SIZE_MAX)
+        return;
+    for (uint32_t i = 0; i < LF_LANES; i++) {
+        size_t shown = is_of_kind(r, i, &pixel) ? pixel : some;
+        lf_shading_points_set_pixel(r->pixels, shown, (int)i, &points);
+        grain[i] = RAY_GRAIN * r->pixels->distance[shown] + 1e-12f;
+    }
+    gather_rays(r, rays);
+    lf_kernels_of(0)->reflect(&points, grain, rays, weight);
+    for (uint32_t i = 0; i < LF_LANES; i++)
+        if (is_of_kind(r, i, &pixel))
+            store_taps(weight, i, &m->taps.items[m->tap_at.items[pixel]]);
+}
+
+static void find_row(const struct lf_pixel_clues *p, enum lf_reflection_kind kind, uint32_t y,
+                     struct lf_ray_window *rays)
+{
+    uint32_t spacing = p->reflections.lattices[kind].spacing;
+    for (uint32_t phase = 0; phase < spacing && phase < p->width; phase++)
+        for (uint32_t x = phase; x < p->width; x += LF_LANES * spacing)
+            find_taps(&(struct run){p, kind, x, y}, rays);
+}
+
+static void find_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct cast *cast = user;
-    const struct lf_kernels *kernels = lf_kernels_of(0);
-    struct lf_neighbour_rays block = {.weight = {0}}; // lanes without a ray hold any numbers, but numbers
-    for (uint32_t i = begin; i < end; i++)
-        find_taps(cast->pixels, kernels, &block, &cast->pixels->reflections.taps.items[i]);
+    struct lf_ray_window rays = {.met = {{0}}};
+    for (uint32_t y = begin; y < end; y++)
+        for (int kind = 0; kind < LF_REFLECTION_KINDS; kind++)
+            find_row(cast->pixels, (enum lf_reflection_kind)kind, y, &rays);
 }
 
 static ng_result connect(const struct cast *cast)
 {
     struct lf_pixel_clues *p = cast->pixels;
     struct lf_reflections *m = &p->reflections;
+    struct lf_memory *memory = &p->memory[LF_PIXEL_REFLECTIONS];
     size_t count = 0;
     for (size_t i = 0; m->hits.count && i < m->kinds.count; i++)
         count += m->kinds.items[i] != LF_REFLECTION_NONE;
-    if (!lf_take(&p->memory[LF_PIXEL_REFLECTIONS], &m->taps, count))
+    if (!lf_take(memory, &m->taps, count) || !lf_take(memory, &m->tap_at, m->kinds.count))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0, next = 0; next < count; i++)
-        if (m->kinds.items[i] != LF_REFLECTION_NONE)
+        if (m->kinds.items[i] != LF_REFLECTION_NONE) {
+            m->tap_at.items[i] = (uint32_t)next;
             m->taps.items[next++].pixel = (uint32_t)i;
-    ng_jobs_for(cast->scene->jobs, (uint32_t)m->taps.count, 256, find_all_taps, (void *)cast);
+        }
+    if (count)
+        ng_jobs_for(cast->scene->jobs, p->height, ROWS, find_rows, (void *)cast);
     return NG_OK;
 }
 

@@ -245,19 +245,21 @@ static struct lf_emitter random_shape(struct ng_rng *rng, enum lf_emitter_kind e
     return s;
 }
 
-static struct lf_neighbour_rays random_hits(struct ng_rng *rng)
+static void random_window(struct ng_rng *rng, struct lf_ray_window *out)
 {
-    struct lf_neighbour_rays h;
-    for (int i = 0; i < LF_NEIGHBOUR_LANES; i++) {
-        for (int c = 0; c < 3; c++) {
-            h.from[c][i] = 0.1f * (ng_rng_float(rng) - 0.5f);
-            h.normal[c][i] = c == 1 ? 1 : 0;
-            h.to[c][i] = ng_rng_float(rng) - (c == 1 ? 0.1f : 0.5f);
+    for (int j = 0; j < LF_INTERLEAVE_TAPS; j++) {
+        for (int i = 0; i < LF_RAY_COLUMNS; i++) {
+            for (int c = 0; c < 3; c++) {
+                out->from[c][j][i] = ng_rng_float(rng) - 0.5f;
+                out->normal[c][j][i] = c == 1 ? 1 : 0;
+                out->to[c][j][i] = ng_rng_float(rng) - (c == 1 ? 0.1f : 0.5f);
+            }
+            out->density[j][i] = 10 * ng_rng_float(rng);
+            out->met[j][i] = ng_rng_float(rng) < 0.5f ? 1 : 0;
+            out->there[j][i] = ng_rng_float(rng) < 0.8f ? 1 : 0;
         }
-        h.density[i] = 10 * ng_rng_float(rng);
-        h.weight[i] = i < 25 ? ng_rng_float(rng) : 0;
+        out->across[j] = out->down[j] = ng_rng_float(rng);
     }
-    return h;
 }
 
 // Planes of a patch that sixteen pixels look at; those that are read besides lie around.
@@ -365,6 +367,7 @@ static void instruction_sets_agree(void **state)
     NG_UNUSED(state);
     struct ng_rng rng = ng_rng_make(1, 1);
     struct lf_rsm_source sources[5];
+    int rays_seen = 0;
     for (int round = 0; round < 200; round++) {
         struct lf_shading_points points = random_points(&rng);
         struct lf_emitter shape = random_shape(&rng, (enum lf_emitter_kind)(round % 6));
@@ -385,20 +388,25 @@ static void instruction_sets_agree(void **state)
                 u[c][i] = lf_brdf_samples[i][c];
         struct lf_aim aim_first, aim;
         lf_kernels_of(0)->aim(&shape, &points, u, &aim_first);
-        struct lf_neighbour_rays hits = random_hits(&rng);
-        struct lf_shading_point lobe = {
-            {0, 1, 0}, {0, 1, 0}, {0.6f, 0.8f, 0}, 0.05f + 0.9f * ng_rng_float(&rng)};
-        float rays_first[LF_NEIGHBOUR_LANES], rays[LF_NEIGHBOUR_LANES];
-        lf_kernels_of(0)->reflect(&lobe, 0.02f, &hits, rays_first);
+        struct lf_ray_window window;
+        random_window(&rng, &window);
+        float grain[LF_LANES], rays_first[LF_RAY_TAPS][LF_LANES], rays[LF_RAY_TAPS][LF_LANES];
+        for (int i = 0; i < LF_LANES; i++)
+            grain[i] = 0.02f + ng_rng_float(&rng);
+        lf_kernels_of(0)->reflect(&points, grain, &window, rays_first);
         struct lf_aim arrive_first, arrive;
         lf_kernels_of(0)->arrive(&shape.samples[0], round % 2, &points, &arrive_first);
         struct patch patch;
         const struct lf_neighbourhood pixels = random_patch(&rng, &patch);
         float mean_first[LF_LANES], mean[LF_LANES];
         lf_kernels_of(0)->average(&pixels, round % 2, mean_first);
-        for (int i = 0; i < LF_NEIGHBOUR_LANES; i++)
-            assert_true(rays_first[i] >= 0 && isfinite(rays_first[i]) &&
-                        (hits.to[1][i] > 0 || rays_first[i] == 0));
+        for (int k = 0; k < LF_RAY_TAPS; k++)
+            for (int i = 0; i < LF_LANES; i++) {
+                int row = k / LF_INTERLEAVE_TAPS, column = i + k % LF_INTERLEAVE_TAPS;
+                assert_true(rays_first[k][i] >= 0 && isfinite(rays_first[k][i]) &&
+                            (window.there[row][column] > 0 || rays_first[k][i] == 0));
+                rays_seen += rays_first[k][i] > 0;
+            }
         for (int i = 0; i < LF_LANES; i++)
             sum += (double)(first.diffuse[0][i] + bounce_first[0][i]);
         assert_true(sum > 0);
@@ -407,7 +415,7 @@ static void instruction_sets_agree(void **state)
             lf_kernels_of(k)->rsm_gather(sources, 5, &points, bounce);
             assert_memory_equal(&first, &lit, sizeof lit);
             assert_memory_equal(bounce_first, bounce, sizeof bounce);
-            lf_kernels_of(k)->reflect(&lobe, 0.02f, &hits, rays);
+            lf_kernels_of(k)->reflect(&points, grain, &window, rays);
             assert_memory_equal(rays_first, rays, sizeof rays);
             lf_kernels_of(k)->aim(&shape, &points, u, &aim);
             assert_memory_equal(&aim_first, &aim, sizeof aim);
@@ -417,6 +425,7 @@ static void instruction_sets_agree(void **state)
             assert_memory_equal(mean_first, mean, sizeof mean);
         }
     }
+    assert_true(rays_seen > 1000);
     uint32_t sets = 0;
     while (lf_kernels_of(sets))
         print_message("%s\n", lf_kernels_of(sets++)->name);
