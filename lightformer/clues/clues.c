@@ -274,10 +274,12 @@ static bool wants_visibility(const struct lf_clues_scene *s)
            lf_clues_wants(s, LF_INPUT_VIEW_VISIBILITY_SPECULAR);
 }
 
-static bool wants_shadow(const struct lf_clues_scene *s)
+// All there is to the visibility of a light without extent is one distance.
+static bool wants_shadow(const struct lf_clues_scene *s, const struct lf_light_clues *light)
 {
     return lf_clues_wants(s, LF_INPUT_VIEW_DIRECTION) || lf_clues_wants(s, LF_INPUT_VIEW_DISTANCE) ||
-           lf_clues_wants(s, LF_INPUT_VIEW_SHADOW_DISTANCE) || wants_visibility(s);
+           lf_clues_wants(s, LF_INPUT_VIEW_SHADOW_DISTANCE) ||
+           (light->unit.type->delta && wants_visibility(s));
 }
 
 static bool wants_direct(const struct lf_clues_scene *s)
@@ -340,7 +342,7 @@ ng_result lf_clues_view(const struct lf_clues_scene *scene, const struct lf_pixe
                            "the view of a light"));
     NG_TRY(lay_out(scene, (size_t)pixels->width * pixels->height, light, &planes));
     const struct lf_interleaved rays = {planes.rays[0], planes.rays[1], planes.rays[2]};
-    if (wants_shadow(scene))
+    if (wants_shadow(scene, light))
         lf_shadow_distance_find(scene, pixels, light, planes.shadow);
     NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_SHADOW_DISTANCE]));
     if (wants_direct(scene))

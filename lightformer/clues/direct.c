@@ -7,7 +7,10 @@
 
 #include <string.h>
 
-#define RUN 1024 // pixels, a job
+#define ROWS   4    // a job
+#define RUN    512  // pixels of a row that are sorted together
+#define SPREAD 0.1f // of light at neighbours, of which a mean is taken
+#define NARROW 0.2f // roughness of lobes that may look different from one pixel to the next
 
 // ---- directions of the BRDF, for lights without a closed form ---------------------------------------------
 
@@ -199,6 +202,38 @@ struct lighting {
     float *const *diffuse, *const *glossy;
 };
 
+// Of flat surfaces every second pixel each way is lit; the others take the mean of two or four of
+// these.
+static bool is_lit_itself(uint32_t x, uint32_t y)
+{
+    return x % 2 == 0 && y % 2 == 0;
+}
+
+// Whether what another pixel reflects says what this one does, but for its albedo.
+static bool speaks_for(const struct lf_pixel_clues *p, size_t other, size_t pixel)
+{
+    bool alike =
+        !(p->relief.items[other] & LF_BENT) && fabsf(p->roughness[other] - p->roughness[pixel]) < 0.02f;
+    for (int c = 0; c < 3; c++)
+        alike = alike && p->diffuse[c][other] > 1e-3f &&
+                fabsf(p->specular[c][other] - p->specular[c][pixel]) < 1e-3f;
+    return alike;
+}
+
+// False if a pixel has to be lit itself.
+static bool find_between(const struct lf_pixel_clues *p, uint32_t x, uint32_t y, size_t others[4])
+{
+    size_t pixel = (size_t)y * p->width + x, across = x % 2, down = y % 2 * (size_t)p->width;
+    bool inside = x + x % 2 < p->width && y + y % 2 < p->height;
+    if (is_lit_itself(x, y) || !inside || p->relief.items[pixel] & LF_BENT || p->roughness[pixel] < NARROW)
+        return false;
+    const size_t corners[4] = {pixel - across - down, pixel + across - down, pixel - across + down,
+                               pixel + across + down};
+    memcpy(others, corners, sizeof corners);
+    return speaks_for(p, others[0], pixel) && speaks_for(p, others[1], pixel) &&
+           speaks_for(p, others[2], pixel) && speaks_for(p, others[3], pixel);
+}
+
 static void light_lanes(const struct lighting *l, const size_t *list, uint32_t count, bool smooth)
 {
     struct lf_shading_points points;
@@ -219,34 +254,104 @@ static void light_list(const struct lighting *l, const size_t *list, uint32_t co
         light_lanes(l, list + i, count - i < LF_LANES ? count - i : LF_LANES, smooth);
 }
 
-static void light_runs(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+// Pixels that are lit themselves.
+struct list {
+    size_t rough[RUN], smooth[RUN];
+    uint32_t rough_count, smooth_count;
+};
+
+static void light_pixels(const struct lighting *l, const struct list *list)
+{
+    light_list(l, list->rough, list->rough_count, false);
+    light_list(l, list->smooth, list->smooth_count, true);
+}
+
+static void sort_in(const struct lf_pixel_clues *p, size_t pixel, struct list *list)
+{
+    if (p->roughness[pixel] < LF_SMOOTH)
+        list->smooth[list->smooth_count++] = pixel;
+    else
+        list->rough[list->rough_count++] = pixel;
+}
+
+static void light_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct lighting *l = user;
-    size_t all = (size_t)l->pixels->width * l->pixels->height;
-    for (size_t run = begin; run < end; run++) {
-        size_t rough[RUN], smooth[RUN];
-        uint32_t rough_count = 0, smooth_count = 0;
-        for (size_t i = run * RUN; i < all && i < (run + 1) * RUN; i++) {
-            if (!(l->pixels->mask[i] > 0)) {
-                for (int c = 0; c < 3; c++)
-                    l->diffuse[c][i] = l->glossy[c][i] = 0;
-                continue;
+    const struct lf_pixel_clues *p = l->pixels;
+    size_t others[4];
+    struct list list;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < p->width; x += RUN) {
+            list.rough_count = list.smooth_count = 0;
+            for (uint32_t i = x; i < p->width && i < x + RUN; i++) {
+                size_t pixel = (size_t)y * p->width + i;
+                for (int c = 0; c < 3 && !(p->mask[pixel] > 0); c++)
+                    l->diffuse[c][pixel] = l->glossy[c][pixel] = 0;
+                if (p->mask[pixel] > 0 && !find_between(p, i, y, others))
+                    sort_in(p, pixel, &list);
             }
-            if (l->pixels->roughness[i] < LF_SMOOTH)
-                smooth[smooth_count++] = i;
-            else
-                rough[rough_count++] = i;
+            light_pixels(l, &list);
         }
-        light_list(l, rough, rough_count, false);
-        light_list(l, smooth, smooth_count, true);
+}
+
+// Radiance by channel with the albedo of a pixel.
+static void reflect_as(const struct lighting *l, size_t other, size_t pixel, float diffuse[3],
+                       float glossy[3])
+{
+    const struct lf_pixel_clues *p = l->pixels;
+    for (int c = 0; c < 3; c++) {
+        diffuse[c] = l->diffuse[c][other] / p->diffuse[c][other] * p->diffuse[c][pixel];
+        glossy[c] = l->glossy[c][other];
     }
+}
+
+// Near a lamp, at the edge of its cone or of a highlight, four pixels differ too much for their mean to hold.
+static bool take_mean(const struct lighting *l, size_t pixel, const size_t others[4])
+{
+    float diffuse[4][3], glossy[4][3];
+    for (int k = 0; k < 4; k++)
+        reflect_as(l, others[k], pixel, diffuse[k], glossy[k]);
+    for (int c = 0; c < 3; c++) {
+        float least = INFINITY, most = 0, least_glossy = INFINITY, most_glossy = 0;
+        for (int k = 0; k < 4; k++) {
+            least = lf_min(least, diffuse[k][c]);
+            most = lf_max(most, diffuse[k][c]);
+            least_glossy = lf_min(least_glossy, glossy[k][c]);
+            most_glossy = lf_max(most_glossy, glossy[k][c]);
+        }
+        if (most - least + most_glossy - least_glossy > SPREAD * (least + least_glossy))
+            return false;
+    }
+    for (int c = 0; c < 3; c++) {
+        l->diffuse[c][pixel] =
+            lf_finite(0.25f * (diffuse[0][c] + diffuse[1][c] + diffuse[2][c] + diffuse[3][c]));
+        l->glossy[c][pixel] = lf_finite(0.25f * (glossy[0][c] + glossy[1][c] + glossy[2][c] + glossy[3][c]));
+    }
+    return true;
+}
+
+static void fill_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct lighting *l = user;
+    const struct lf_pixel_clues *p = l->pixels;
+    size_t others[4];
+    struct list list;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < p->width; x += RUN) {
+            list.rough_count = list.smooth_count = 0;
+            for (uint32_t i = x; i < p->width && i < x + RUN; i++)
+                if (find_between(p, i, y, others) && !take_mean(l, (size_t)y * p->width + i, others))
+                    sort_in(p, (size_t)y * p->width + i, &list);
+            light_pixels(l, &list);
+        }
 }
 
 void lf_direct_view(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                     const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3])
 {
     struct lighting lighting = {scene, pixels, light, diffuse, glossy};
-    size_t all = (size_t)pixels->width * pixels->height;
-    ng_jobs_for(scene->jobs, (uint32_t)((all + RUN - 1) / RUN), 1, light_runs, &lighting);
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, light_rows, &lighting);
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &lighting);
 }

@@ -17,10 +17,19 @@ void lf_interleave_window(float at, float out[LF_INTERLEAVE_TAPS])
         out[i] = ng_clamp(0.5f * LF_INTERLEAVE + 0.5f - fabsf((float)i - at), 0.0f, 1.0f);
 }
 
-// What a pixel and its neighbours in its row found.
-static unsigned char *found_of(const struct lf_interleaved *rays)
+bool lf_interleaved_asks_first(const struct lf_pixel_clues *p, uint32_t x, uint32_t y)
 {
-    return (unsigned char *)rays->scratch;
+    bool turn = x % 2 == x / LF_INTERLEAVE % 2 && y % 2 == y / LF_INTERLEAVE % 2;
+    return turn || p->relief.items[(size_t)y * p->width + x] & LF_EDGE;
+}
+
+// Planes of bytes in scratch: what a pixel found, what it and its neighbours in its row did, and those of all
+// rows around it.
+enum { OWN, ROW, BLOCK };
+
+static unsigned char *found_of(const struct lf_pixel_clues *p, const struct lf_interleaved *rays, int plane)
+{
+    return (unsigned char *)rays->scratch + (size_t)plane * p->width * p->height;
 }
 
 struct asking {
@@ -28,59 +37,59 @@ struct asking {
     const struct lf_interleaved *rays;
 };
 
-// In most blocks all rays found the same: then nothing has to be weighed. Sets of bytes are found out
-// quickly.
-static void ask_row(const struct asking *a, uint32_t y)
+static void collect_row(const struct asking *a, uint32_t y)
 {
-    const uint32_t width = a->pixels->width, half = LF_INTERLEAVE_HALF;
-    const float *part = a->rays->part + (size_t)y * width, *weight = a->rays->weight + (size_t)y * width;
-    unsigned char *out = found_of(a->rays) + (size_t)y * width;
-    memset(out, 0, width);
+    const uint32_t width = a->pixels->width;
+    const size_t first = (size_t)y * width;
+    const float *part = a->rays->part + first, *weight = a->rays->weight + first;
+    unsigned char *own = found_of(a->pixels, a->rays, OWN) + first,
+                  *row = found_of(a->pixels, a->rays, ROW) + first;
     for (uint32_t x = 0; x < width; x++) {
-        unsigned char found =
-            (unsigned char)((part[x] > 0 ? LF_FOUND_LIT : 0) | (part[x] < 1 ? LF_FOUND_HIDDEN : 0));
-        found = weight[x] > 0 ? found : 0;
-        uint32_t end = x + half < width ? x + half + 1 : width;
-        for (uint32_t i = x > half ? x - half : 0; found && i < end; i++)
-            out[i] |= found;
+        unsigned char lit = part[x] > 0 ? LF_FOUND_LIT : 0, hidden = part[x] < 1 ? LF_FOUND_HIDDEN : 0;
+        own[x] = weight[x] > 0 ? lit | hidden : 0;
     }
+    memcpy(row, own, width);
+    for (uint32_t k = 1; k <= LF_INTERLEAVE_HALF && k < width; k++)
+        for (uint32_t x = 0; x < width - k; x++) {
+            row[x] |= own[x + k];
+            row[x + k] |= own[x];
+        }
 }
 
-static void ask_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+static void collect_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     for (uint32_t y = begin; y < end; y++)
-        ask_row(user, y);
+        collect_row(user, y);
+}
+
+static void collect_blocks(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct asking *a = user;
+    const uint32_t width = a->pixels->width, height = a->pixels->height, half = LF_INTERLEAVE_HALF;
+    const unsigned char *rows = found_of(a->pixels, a->rays, ROW);
+    for (uint32_t y = begin; y < end; y++) {
+        unsigned char *block = found_of(a->pixels, a->rays, BLOCK) + (size_t)y * width;
+        memcpy(block, rows + (size_t)y * width, width);
+        for (uint32_t other = y > half ? y - half : 0; other < height && other <= y + half; other++)
+            for (uint32_t x = 0; x < width; x++)
+                block[x] |= rows[(size_t)other * width + x];
+    }
 }
 
 void lf_interleaved_collect(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                             const struct lf_interleaved *rays)
 {
     struct asking asking = {pixels, rays};
-    ng_jobs_for(scene->jobs, pixels->height, ROWS, ask_rows, &asking);
-}
-
-// The neighbours of a pixel, within the picture.
-struct neighbours {
-    uint32_t x0, y0, x1, y1; // ends are outside
-};
-
-static struct neighbours find_neighbours(const struct lf_pixel_clues *p, uint32_t x, uint32_t y)
-{
-    const uint32_t half = LF_INTERLEAVE_HALF;
-    return (struct neighbours){x > half ? x - half : 0, y > half ? y - half : 0,
-                               x + half < p->width ? x + half + 1 : p->width,
-                               y + half < p->height ? y + half + 1 : p->height};
+    ng_jobs_for(scene->jobs, pixels->height, 4 * ROWS, collect_rows, &asking);
+    ng_jobs_for(scene->jobs, pixels->height, 4 * ROWS, collect_blocks, &asking);
 }
 
 unsigned lf_interleaved_found(const struct lf_pixel_clues *pixels, const struct lf_interleaved *rays,
                               uint32_t x, uint32_t y)
 {
-    struct neighbours n = find_neighbours(pixels, x, y);
-    unsigned found = 0;
-    for (size_t row = n.y0; row < n.y1; row++)
-        found |= found_of(rays)[row * pixels->width + x];
-    return found;
+    return found_of(pixels, rays, BLOCK)[(size_t)y * pixels->width + x];
 }
 
 // ---- averages --------------------------------------------------------------------------------------------

@@ -52,7 +52,22 @@ struct lf_interleaved {
 // What a pixel and its neighbours found, as a set.
 enum { LF_FOUND_LIT = 1, LF_FOUND_HIDDEN = 2 };
 
-// Collects what each pixel and its neighbours in its row found, in scratch.
+// How much each of many lights asks.
+enum lf_questions {
+    LF_ASK_ALL,      // everywhere, and once more in doubt
+    LF_ASK_IN_DOUBT, // a quarter of the pixels; all where these disagree
+    LF_ASK_FEW,      // a quarter
+};
+static inline enum lf_questions lf_questions_of(uint32_t lights)
+{
+    return lights <= 2 ? LF_ASK_ALL : lights <= 4 ? LF_ASK_IN_DOUBT : LF_ASK_FEW;
+}
+
+// A quarter of the pixels asks before the others do, which may then know enough; and those at edges, for
+// which no other speaks. Who it is takes turns from block to block, so that all questions have theirs.
+bool lf_interleaved_asks_first(const struct lf_pixel_clues *pixels, uint32_t x, uint32_t y);
+
+// Collects what each pixel and its neighbours found, in scratch.
 void lf_interleaved_collect(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                             const struct lf_interleaved *rays);
 // Those of one pixel and its neighbours; after lf_interleaved_collect.

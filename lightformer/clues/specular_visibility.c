@@ -2,7 +2,8 @@
 // highlight of a smooth surface shows one small part of the light, and where that part is hidden the
 // highlight is gone, however bright it would have been. So where glossy light counts, rays go to the parts of
 // the light that directions of the BRDF come nearest to: a quarter of sixteen, another one in each of four
-// neighbours; and where neighbours found different things, which are few, all sixteen.
+// neighbours; and where neighbours found different things, which are few, all sixteen. Of many lights a
+// quarter of the pixels asks first, and in doubt all ask a quarter.
 #include "lightformer/clues/clues_internal.h"
 
 #include <string.h>
@@ -20,7 +21,13 @@ struct search {
     const float *visibility;
     const struct lf_interleaved *rays;
     float *out;
+    enum lf_questions questions;
 };
+
+static bool asks_first(const struct search *s, uint32_t x, uint32_t y)
+{
+    return s->questions == LF_ASK_ALL || lf_interleaved_asks_first(s->pixels, x, y);
+}
 
 static uint32_t quarter_of(uint32_t x, uint32_t y)
 {
@@ -113,7 +120,7 @@ static void find_row(const struct search *s, uint32_t y)
     struct asking asking = {.search = s};
     for (uint32_t x = 0; x < s->pixels->width; x++) {
         s->rays->part[first + x] = s->rays->weight[first + x] = 0;
-        if (counts(s, first + x))
+        if (counts(s, first + x) && asks_first(s, x, y))
             ask_quarter(&asking, first + x, quarter_of(x, y));
     }
     answer(&asking);
@@ -131,28 +138,37 @@ static void find_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 
 static bool is_doubtful(const struct search *s, uint32_t x, uint32_t y)
 {
-    return s->rays->weight[(size_t)y * s->pixels->width + x] > 0 &&
-           lf_interleaved_found(s->pixels, s->rays, x, y) == (LF_FOUND_LIT | LF_FOUND_HIDDEN);
+    return lf_interleaved_found(s->pixels, s->rays, x, y) == (LF_FOUND_LIT | LF_FOUND_HIDDEN) &&
+           counts(s, (size_t)y * s->pixels->width + x);
+}
+
+// In doubt a pixel that has not asked does; of what is all around, where one direction says little of
+// another, it asks all quarters.
+static void ask_more(const struct search *s, struct asking *asking, uint32_t x, uint32_t y)
+{
+    bool asked = asks_first(s, x, y), all = s->light->unit.type->infinite;
+    for (uint32_t quarter = 0; quarter < QUARTERS; quarter++) {
+        bool own = quarter == quarter_of(x, y);
+        if (own ? !asked : all)
+            ask_quarter(asking, (size_t)y * s->pixels->width + x, quarter);
+    }
 }
 
 static void refine_row(const struct search *s, uint32_t y)
 {
-    float *part = s->rays->part + (size_t)y * s->pixels->width,
-          *weight = s->rays->weight + (size_t)y * s->pixels->width;
+    size_t first = (size_t)y * s->pixels->width;
+    float *part = s->rays->part + first, *weight = s->rays->weight + first;
     struct asking asking = {.search = s};
-    for (uint32_t x = 0; x < s->pixels->width; x++) {
-        if (!is_doubtful(s, x, y))
-            continue;
-        part[x] *= weight[x];
-        for (uint32_t quarter = 0; quarter < QUARTERS; quarter++)
-            if (quarter != quarter_of(x, y))
-                ask_quarter(&asking, (size_t)y * s->pixels->width + x, quarter);
-    }
-    answer(&asking);
     for (uint32_t x = 0; x < s->pixels->width; x++)
         if (is_doubtful(s, x, y)) {
+            part[x] *= weight[x];
+            ask_more(s, &asking, x, y);
+        }
+    answer(&asking);
+    for (uint32_t x = 0; x < s->pixels->width; x++)
+        if (weight[x] > 0 && is_doubtful(s, x, y)) {
             part[x] /= weight[x];
-            weight[x] /= QUARTERS;
+            weight[x] /= s->light->unit.type->infinite ? QUARTERS : 1; // counts no more among its neighbours
         }
 }
 
@@ -163,24 +179,49 @@ static void refine_rows(void *user, uint32_t begin, uint32_t end, uint32_t worke
         refine_row(user, y);
 }
 
+// Who did not ask takes what those around found, alike or not: at the rim of a doubt.
+static float mean_around(const struct search *s, uint32_t x, uint32_t y)
+{
+    const struct lf_pixel_clues *p = s->pixels;
+    const uint32_t half = LF_INTERLEAVE_HALF;
+    float sum = 0, all = 0;
+    for (uint32_t row = y > half ? y - half : 0; row < p->height && row <= y + half; row++)
+        for (uint32_t column = x > half ? x - half : 0; column < p->width && column <= x + half; column++) {
+            size_t other = (size_t)row * p->width + column;
+            sum += s->rays->weight[other] * s->rays->part[other];
+            all += s->rays->weight[other];
+        }
+    return all > 0 ? sum / all : s->visibility[(size_t)y * p->width + x];
+}
+
 // Elsewhere, and where no direction came near the light, the visibility of the whole light stands in.
 static void fill_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct search *s = user;
-    for (size_t i = (size_t)begin * s->pixels->width; i < (size_t)end * s->pixels->width; i++)
-        if (!(s->rays->weight[i] > 0))
-            s->out[i] = s->visibility[i];
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < s->pixels->width; x++) {
+            size_t i = (size_t)y * s->pixels->width + x;
+            if (s->rays->weight[i] > 0)
+                continue;
+            unsigned found = counts(s, i) ? lf_interleaved_found(s->pixels, s->rays, x, y) : 0;
+            if (!found)
+                s->out[i] = s->visibility[i];
+            else if (found == (LF_FOUND_LIT | LF_FOUND_HIDDEN))
+                s->out[i] = mean_around(s, x, y);
+        }
 }
 
 void lf_specular_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                                  const struct lf_light_clues *light, float *const glossy[3],
                                  const float *visibility, const struct lf_interleaved *rays, float *out)
 {
-    struct search s = {scene, pixels, light, glossy, visibility, rays, out};
+    struct search s = {scene,      pixels, light, glossy,
+                       visibility, rays,   out,   lf_questions_of(scene->light_count)};
     ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &s);
     lf_interleaved_collect(scene, pixels, rays);
-    ng_jobs_for(scene->jobs, pixels->height, ROWS, refine_rows, &s);
+    if (s.questions != LF_ASK_FEW)
+        ng_jobs_for(scene->jobs, pixels->height, ROWS, refine_rows, &s);
     lf_interleaved_filter(scene, pixels, rays, true, out);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &s);
 }

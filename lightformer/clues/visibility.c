@@ -1,88 +1,78 @@
-// How much of the light a pixel sees: a ray to one of sixteen direct VPLs from each pixel, another one for
-// each pixel of a block (interleaved sampling), weighed by what that VPL would bring; and where neighbours
-// found different things, in penumbrae, a ray to another one, so that a block has 32. Rays of pixels with the
-// same VPL run side by side.
+// How much of the light a pixel sees: a ray to one of sixteen direct VPLs, another one for each pixel of a
+// block (interleaved sampling), weighed by what that VPL would bring. Of one or two lights all pixels ask;
+// where neighbours found different things, in penumbrae, they do once more, other VPLs, so that a block
+// has 32. Of more lights a quarter asks, and those at edges. Rays of pixels with the same VPL run side by
+// side.
 #include "lightformer/clues/clues_internal.h"
 
 #include <string.h>
 
-#define SAMPLES (LF_INTERLEAVE * LF_INTERLEAVE)
-#define ROUNDS  2                      // of rays
-#define SIDE    4                      // rays of a packet each way
-#define TILE    (SIDE * LF_INTERLEAVE) // pixels each way
+#define SAMPLES ((uint32_t)(LF_INTERLEAVE * LF_INTERLEAVE))
+#define ROWS    16  // of pixels, a job
+#define COLUMNS 256 // of pixels whose questions are collected
 
 struct search {
     const struct lf_clues_scene *scene;
     const struct lf_pixel_clues *pixels;
     const struct lf_light_clues *light;
     const struct lf_interleaved *rays;
+    enum lf_questions questions;
 };
 
-static const struct ng_light_sample *vpl_of(const struct search *s, uint32_t sample, uint32_t round)
-{
-    return &s->light->vpls.items[(lf_interleave_order[sample] + round * SAMPLES) % s->light->vpl_count];
-}
-
-// TILE x TILE pixels, and which of them ask.
-struct tile {
-    uint32_t x, y;
-    bool asks[TILE * TILE];
-};
+enum round { FIRST, OTHERS, AGAIN };
 
 static bool is_in_doubt(const struct search *s, uint32_t x, uint32_t y)
 {
     return lf_interleaved_found(s->pixels, s->rays, x, y) == (LF_FOUND_LIT | LF_FOUND_HIDDEN);
 }
 
-// In the first round all pixels ask, later those where steps would show. False if none does.
-static bool find_asking(const struct search *s, uint32_t x, uint32_t y, uint32_t round, struct tile *out)
+// After the first round those ask where steps would show.
+static bool asks(const struct search *s, uint32_t x, uint32_t y, enum round round)
 {
     const struct lf_pixel_clues *p = s->pixels;
-    bool any = false;
-    out->x = x;
-    out->y = y;
-    for (uint32_t i = 0; i < TILE * TILE; i++) {
-        uint32_t column = x + i % TILE, row = y + i / TILE;
-        bool inside = column < p->width && row < p->height && p->mask[(size_t)row * p->width + column] > 0;
-        out->asks[i] = inside && (!round || is_in_doubt(s, column, row));
-        any = any || out->asks[i];
-    }
-    return any;
+    if (!(p->mask[(size_t)y * p->width + x] > 0))
+        return false;
+    if (round == FIRST)
+        return s->questions == LF_ASK_ALL || lf_interleaved_asks_first(p, x, y);
+    return (round == AGAIN || !lf_interleaved_asks_first(p, x, y)) && is_in_doubt(s, x, y);
 }
 
-// To the mean of a pixel's rays so far.
-static void add_answer(const struct search *s, size_t pixel, float weight, bool lit)
-{
-    float before = s->rays->part[pixel] * s->rays->weight[pixel];
-    s->rays->weight[pixel] += weight;
-    s->rays->part[pixel] = (before + (lit ? weight : 0)) / s->rays->weight[pixel];
-}
-
-// The pixels of a tile that sample the same VPL, by lane; others are nowhere.
+// Pixels that sample the same VPL.
 struct questions {
-    size_t pixels[LF_PACKET];
-    bool asks[LF_PACKET];
-    struct lf_shading_points points;
+    size_t pixels[ROWS * COLUMNS / (LF_INTERLEAVE * LF_INTERLEAVE)];
+    uint32_t count;
 };
 
-static bool find_questions(const struct search *s, const struct tile *tile, uint32_t sample,
-                           struct questions *out)
+static void collect(const struct search *s, uint32_t x, uint32_t y, enum round round,
+                    struct questions of_samples[])
 {
     const struct lf_pixel_clues *p = s->pixels;
-    bool any = false;
-    for (uint32_t i = 0; i < LF_PACKET; i++) {
-        uint32_t x = i % SIDE * LF_INTERLEAVE + sample % LF_INTERLEAVE,
-                 y = i / SIDE * LF_INTERLEAVE + sample / LF_INTERLEAVE;
-        bool asks = out->asks[i] = tile->asks[y * TILE + x];
-        size_t pixel = out->pixels[i] = asks ? (size_t)(tile->y + y) * p->width + tile->x + x : 0;
-        for (int c = 0; c < 3; c++) {
-            out->points.position[c][i] = asks ? p->position[c][pixel] : 0;
-            out->points.normal[c][i] = asks ? p->normal[c][pixel] : 0;
-            out->points.flat[c][i] = asks ? p->flat[c][pixel] : 0;
-        }
-        any = any || asks;
-    }
-    return any;
+    uint32_t right = p->width - x < COLUMNS ? p->width : x + COLUMNS,
+             below = p->height - y < ROWS ? p->height : y + ROWS;
+    for (uint32_t sample = 0; sample < SAMPLES; sample++)
+        of_samples[sample].count = 0;
+    for (uint32_t row = y; row < below; row++)
+        for (uint32_t column = x; column < right; column++)
+            if (asks(s, column, row, round)) {
+                struct questions *q = &of_samples[lf_interleave_index(column, row)];
+                q->pixels[q->count++] = (size_t)row * p->width + column;
+            }
+}
+
+// `round`: the last one asks sixteen other ones.
+static const struct ng_light_sample *vpl_of(const struct search *s, uint32_t sample, enum round round)
+{
+    uint32_t index = lf_interleave_order[sample] + (round == AGAIN ? SAMPLES : 0u);
+    return &s->light->vpls.items[index % s->light->vpl_count];
+}
+
+// To the mean of a pixel's rays so far. A pixel that asked twice counts no more among its neighbours.
+static void add_answer(const struct search *s, size_t pixel, float weight, bool lit, enum round round)
+{
+    float *sum = &s->rays->weight[pixel], *part = &s->rays->part[pixel];
+    float before = round == AGAIN ? *sum : 0, all = before + weight;
+    *part = (*part * before + (lit ? weight : 0)) / all;
+    *sum = round == AGAIN && before > 0 ? all / 2 : all;
 }
 
 // As the kernels take it.
@@ -98,8 +88,9 @@ static struct lf_light_sample sample_of(const struct search *s, const struct ng_
 }
 
 // From where the light comes, so that rays have one origin; or, if that is infinitely far, one direction.
-static void set_ray(const struct search *s, const struct questions *q, const struct ng_light_sample *vpl,
-                    const struct lf_aim *aim, uint32_t lane, struct lf_packet *packet)
+static void set_ray(const struct search *s, const struct lf_shading_points *points,
+                    const struct ng_light_sample *vpl, const struct lf_aim *aim, uint32_t lane,
+                    struct lf_packet *packet)
 {
     const struct lf_space *space = &s->pixels->space;
     bool infinite = s->light->unit.type->infinite;
@@ -110,8 +101,8 @@ static void set_ray(const struct search *s, const struct questions *q, const str
     if (infinite) {
         float at[3], flat[3], position[3];
         for (int c = 0; c < 3; c++) {
-            at[c] = q->points.position[c][lane];
-            flat[c] = q->points.flat[c][lane];
+            at[c] = points->position[c][lane];
+            flat[c] = points->flat[c][lane];
         }
         lf_to_world(space, at, position);
         lf_trace_origin(s->scene->tracer, position, flat, direction, origin);
@@ -125,91 +116,102 @@ static void set_ray(const struct search *s, const struct questions *q, const str
     packet->far[lane] = infinite ? INFINITY : aim->distance[lane] * space->radius * LF_SHADOW_RAY_PART - skin;
 }
 
-static void trace_sample(const struct search *s, const struct tile *tile, uint32_t sample, uint32_t round)
+static void set_points(const struct lf_pixel_clues *p, const size_t *pixels, uint32_t count,
+                       struct lf_shading_points *out)
 {
-    const struct ng_light_sample *vpl = vpl_of(s, sample, round);
+    for (int c = 0; c < 3; c++)
+        for (uint32_t i = 0; i < LF_PACKET; i++) {
+            size_t pixel = pixels[i < count ? i : 0];
+            out->position[c][i] = p->position[c][pixel];
+            out->normal[c][i] = p->normal[c][pixel];
+            out->flat[c][i] = p->flat[c][pixel];
+        }
+}
+
+static void ask(const struct search *s, const size_t *pixels, uint32_t count,
+                const struct ng_light_sample *vpl, enum round round)
+{
     const struct lf_light_sample source = sample_of(s, vpl);
-    struct questions q;
+    struct lf_shading_points points;
     struct lf_aim aim;
     struct lf_packet packet = {.passes = s->light->light};
-    bool any = false;
-    if (!find_questions(s, tile, sample, &q))
-        return;
-    lf_kernels_of(0)->arrive(&source, s->light->unit.type->infinite, &q.points, &aim);
-    for (uint32_t i = 0; i < LF_PACKET; i++) {
-        q.asks[i] = q.asks[i] && aim.weight[i] > 0 && isfinite(aim.weight[i]); // the VPL brings something
-        if (q.asks[i])
-            set_ray(s, &q, vpl, &aim, i, &packet);
-        any = any || q.asks[i];
+    bool asked[LF_PACKET] = {false}, any = false;
+    set_points(s->pixels, pixels, count, &points);
+    lf_kernels_of(0)->arrive(&source, s->light->unit.type->infinite, &points, &aim);
+    for (uint32_t i = 0; i < count; i++) {
+        asked[i] = aim.weight[i] > 0 && isfinite(aim.weight[i]); // the VPL brings something
+        if (asked[i])
+            set_ray(s, &points, vpl, &aim, i, &packet);
+        any = any || asked[i];
     }
     if (!any)
         return;
     lf_count_packet(s->scene, &packet);
     lf_trace_packet_occluded(s->scene->tracer, &packet);
-    for (uint32_t i = 0; i < LF_PACKET; i++)
-        if (q.asks[i])
-            add_answer(s, q.pixels[i], aim.weight[i], !packet.met[i]);
+    for (uint32_t i = 0; i < count; i++)
+        if (asked[i])
+            add_answer(s, pixels[i], aim.weight[i], !packet.met[i], round);
 }
 
-static void trace_tile(const struct search *s, const struct tile *tile, uint32_t round)
+static void ask_rows(const struct search *s, uint32_t y, enum round round)
 {
-    for (uint32_t sample = 0; sample < SAMPLES; sample++)
-        trace_sample(s, tile, sample, round);
+    struct questions of_samples[SAMPLES];
+    for (uint32_t x = 0; x < s->pixels->width; x += COLUMNS) {
+        collect(s, x, y, round, of_samples);
+        for (uint32_t sample = 0; sample < SAMPLES; sample++) {
+            const struct questions *q = &of_samples[sample];
+            for (uint32_t i = 0; i < q->count; i += LF_PACKET)
+                ask(s, q->pixels + i, q->count - i < LF_PACKET ? q->count - i : LF_PACKET,
+                    vpl_of(s, sample, round), round);
+        }
+    }
 }
 
-static void trace_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+static void ask_first(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct search *s = user;
     const struct lf_pixel_clues *p = s->pixels;
-    size_t first = (size_t)begin * TILE * p->width, last = (size_t)end * TILE * p->width;
+    size_t first = (size_t)begin * ROWS * p->width, last = (size_t)end * ROWS * p->width;
     last = last < (size_t)p->height * p->width ? last : (size_t)p->height * p->width;
     memset(s->rays->part + first, 0, (last - first) * sizeof(float));
     memset(s->rays->weight + first, 0, (last - first) * sizeof(float));
-    struct tile tile;
     for (uint32_t row = begin; row < end; row++)
-        for (uint32_t x = 0; x < p->width; x += TILE)
-            if (find_asking(s, x, row * TILE, 0, &tile))
-                trace_tile(s, &tile, 0);
+        ask_rows(s, row * ROWS, FIRST);
 }
 
-// A pixel that asked more often counts no more among its neighbours.
-static void even_out(const struct search *s, const struct tile *tile)
-{
-    for (uint32_t i = 0; i < TILE * TILE; i++)
-        if (tile->asks[i])
-            s->rays->weight[(size_t)(tile->y + i / TILE) * s->pixels->width + tile->x + i % TILE] /= ROUNDS;
-}
-
-static void refine_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+static void ask_others(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
-    const struct search *s = user;
-    struct tile tile;
     for (uint32_t row = begin; row < end; row++)
-        for (uint32_t x = 0; x < s->pixels->width; x += TILE) {
-            if (!find_asking(s, x, row * TILE, 1, &tile))
-                continue;
-            for (uint32_t round = 1; round < ROUNDS; round++)
-                trace_tile(s, &tile, round);
-            even_out(s, &tile);
-        }
+        ask_rows(user, row * ROWS, OTHERS);
+}
+
+static void ask_again(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    for (uint32_t row = begin; row < end; row++)
+        ask_rows(user, row * ROWS, AGAIN);
 }
 
 void lf_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                         const struct lf_light_clues *light, float *const shadow[5],
                         const struct lf_interleaved *rays, float *visibility)
 {
-    struct search s = {scene, pixels, light, rays};
+    struct search s = {scene, pixels, light, rays, lf_questions_of(scene->light_count)};
     size_t count = (size_t)pixels->width * pixels->height;
     if (light->unit.type->delta) { // is seen from one sample, or one direction
         for (size_t i = 0; i < count; i++)
             visibility[i] = pixels->mask[i] > 0 && !(shadow[4][i] < shadow[3][i]) ? 1 : 0;
         return;
     }
-    uint32_t rows = (pixels->height + TILE - 1) / TILE;
-    ng_jobs_for(scene->jobs, rows, 1, trace_rows, &s);
-    lf_interleaved_collect(scene, pixels, rays);
-    ng_jobs_for(scene->jobs, rows, 1, refine_rows, &s);
+    uint32_t rows = (pixels->height + ROWS - 1) / ROWS;
+    ng_jobs_for(scene->jobs, rows, 1, ask_first, &s);
+    if (s.questions != LF_ASK_FEW)
+        lf_interleaved_collect(scene, pixels, rays);
+    if (s.questions == LF_ASK_IN_DOUBT)
+        ng_jobs_for(scene->jobs, rows, 1, ask_others, &s);
+    if (s.questions == LF_ASK_ALL)
+        ng_jobs_for(scene->jobs, rows, 1, ask_again, &s);
     lf_interleaved_filter(scene, pixels, rays, false, visibility);
 }

@@ -2,6 +2,7 @@
 #include "lightformer/encode/encoder_internal.h"
 
 #include "graph/key.h"
+#include "lightformer/clues/interleaved.h"
 #include "render/light_gpu.h"
 #include "render/scene_gpu.h"
 
@@ -58,6 +59,11 @@ uint64_t lf_encoder_rsm_key(const struct lf_encoder *self, const struct ng_frame
     for (uint32_t v = 0; v < views->rsm_view_count; v++)
         key = ng_key_add(key, key_of_view(self, frame, views, v));
     return key;
+}
+
+uint64_t lf_encoder_clues_key(const struct lf_encoder *self)
+{
+    return ng_key_add(NG_KEY, lf_questions_of((uint32_t)self->active.count));
 }
 
 uint64_t lf_encoder_light_key(const struct lf_encoder *self, const struct ng_snapshot *s, uint32_t light)
