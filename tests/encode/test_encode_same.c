@@ -160,7 +160,8 @@ static uint64_t expect_same_values(const struct lf_net_values *a, const struct l
         size_t count = lf_net_inputs[i].channels * counts[lf_net_inputs[i].domain];
         double bound = i == LF_INPUT_VIEW_GLOSSY ? bounds->glossy : bounds->other;
         assert_true(!a->of[i] == !b->of[i]);
-        set |= (uint64_t)(a->of[i] && expect_same(i, a->of[i], b->of[i], count, bound)) << i;
+        set |= (uint64_t)(a->of[i] && expect_same((enum lf_net_input)i, a->of[i], b->of[i], count, bound))
+               << i;
     }
     return set;
 }
