@@ -126,7 +126,7 @@ static void encode(const struct ng_display_picture *p, uint32_t encoding, const 
         return;
     // Where the position's w is 0 the background, and where it is negative what is unlit, is shown as it is.
     float w[LANES], peak[LANES], toe[LANES];
-    FOR_EACH w[i] = beauty ? (background | (position[i] < 0) ? position[i] : 1) : radiance ? 1 : -1;
+    FOR_EACH w[i] = beauty ? ((background | (position[i] < 0)) ? position[i] : 1) : radiance ? 1 : -1;
     for (int c = 0; c < 3 && background; c++)
         FOR_EACH x->of[c][i] = w[i] == 0 ? b[c] : x->of[c][i];
     FOR_EACH
