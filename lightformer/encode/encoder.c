@@ -91,8 +91,7 @@ static void name_buffers(const struct lf_encoder *self, const char *name, struct
 {
     snprintf(kept->name, sizeof kept->name, "%s", name);
     if (is_taken(self, name))
-        snprintf(kept->name, sizeof kept->name, "%s@%" PRIx64 "%.1s", name, kept->entity.id,
-                 kept->type->name);
+        snprintf(kept->name, sizeof kept->name, "%s@%" PRIx64 ".%s", name, kept->entity.id, kept->type->name);
 }
 
 static ng_result add_kept(struct lf_encoder *self, const struct ng_snapshot_light *light, const char *name,
