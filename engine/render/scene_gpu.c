@@ -154,6 +154,14 @@ static void sort_draws(struct draw_key *keys, size_t count)
         }
 }
 
+static bool same_place(const struct ng_snapshot_instance *a, const struct ng_snapshot_instance *b)
+{
+    bool same = true;
+    for (int i = 0; i < 12; i++)
+        same = same && a->matrix[i] == b->matrix[i];
+    return same;
+}
+
 // Whether an instance covers all of another that is drawn before it, and as near. Those that blend cover
 // pixels of their own.
 static bool covers(const struct ng_snapshot *s, const struct draw_key *later, const struct draw_key *key)
@@ -161,7 +169,7 @@ static bool covers(const struct ng_snapshot *s, const struct draw_key *later, co
     const struct ng_snapshot_instance *a = &s->instances[later->instance], *b = &s->instances[key->instance];
     enum ng_alpha_mode mode = s->materials[a->material].alpha_mode;
     return mode != NG_ALPHA_BLEND && (mode == NG_ALPHA_OPAQUE || a->material == b->material) &&
-           memcmp(a->matrix, b->matrix, sizeof a->matrix) == 0;
+           same_place(a, b);
 }
 
 // Files pile up copies of a mesh in one place by the thousand, and each would be drawn over the one before,

@@ -268,7 +268,7 @@ static void store_taps(const float weight[LF_RAY_TAPS][LF_LANES], uint32_t lane,
     bool any = sum > 0 && isfinite(sum);
     float scale = any ? WHOLE / sum : 0;
     for (uint32_t k = 0; k < TAPS; k++)
-        out->weight[k] = any ? (uint16_t)(weight[k][lane] * scale + 0.5f) : 0;
+        out->weight[k] = any ? (uint16_t)lrintf(weight[k][lane] * scale) : 0;
 }
 
 static void find_taps(const struct run *r, struct lf_ray_window *rays)

@@ -507,7 +507,7 @@ static void compact_pictures(void **state)
         struct made_picture compact = made_run(net, &s, (enum lf_net_kernel)kernel, 2, true);
         made_compact = false;
         double difference = made_difference(&compact, &exact);
-        assert_true(difference > 0 && difference < 1e-6);
+        assert_true(difference > 0 && difference < 1e-5); // squared, of 11 bits, through several images
         made_picture_finish(&exact);
         made_picture_finish(&compact);
     }
