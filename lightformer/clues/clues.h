@@ -60,9 +60,6 @@ struct lf_clues_scene {
     struct ng_jobs *jobs;           // null: this thread
     // Which inputs are wanted, a bit each (1 << enum lf_net_input); 0: all. Others are left null.
     uint64_t reads;
-    // Lights that shine, which share the rays of a picture: the more there are, the fewer each one asks; 0:
-    // one.
-    uint32_t light_count;
     // Asked between parts that take long, on the caller's thread: true gives them up, and lf_clues_pixels and
     // lf_clues_view return NG_ABANDONED. Null: never.
     bool (*abandon)(const void *user);

@@ -52,7 +52,8 @@ struct lf_interleaved {
 // What a pixel and its neighbours found, as a set.
 enum { LF_FOUND_LIT = 1, LF_FOUND_HIDDEN = 2 };
 
-// How much each of many lights asks.
+// How much a light asks, by how many the snapshot has: they share the rays of a picture. Those that are off
+// count, so that switching one redoes nothing of the others.
 enum lf_questions {
     LF_ASK_ALL,      // everywhere, and once more in doubt
     LF_ASK_IN_DOUBT, // a quarter of the pixels; all where these disagree

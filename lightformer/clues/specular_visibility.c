@@ -216,8 +216,9 @@ void lf_specular_visibility_find(const struct lf_clues_scene *scene, const struc
                                  const struct lf_light_clues *light, float *const glossy[3],
                                  const float *visibility, const struct lf_interleaved *rays, float *out)
 {
-    struct search s = {scene,      pixels, light, glossy,
-                       visibility, rays,   out,   lf_questions_of(scene->light_count)};
+    struct search s = {
+        scene,      pixels, light, glossy,
+        visibility, rays,   out,   lf_questions_of(lf_tracer_snapshot(scene->tracer)->light_count)};
     ng_jobs_for(scene->jobs, pixels->height, ROWS, find_rows, &s);
     lf_interleaved_collect(scene, pixels, rays);
     if (s.questions != LF_ASK_FEW)

@@ -198,7 +198,8 @@ void lf_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixe
                         const struct lf_light_clues *light, float *const shadow[5],
                         const struct lf_interleaved *rays, float *visibility)
 {
-    struct search s = {scene, pixels, light, rays, lf_questions_of(scene->light_count)};
+    struct search s = {scene, pixels, light, rays,
+                       lf_questions_of(lf_tracer_snapshot(scene->tracer)->light_count)};
     size_t count = (size_t)pixels->width * pixels->height;
     if (light->unit.type->delta) { // is seen from one sample, or one direction
         for (size_t i = 0; i < count; i++)

@@ -198,11 +198,7 @@ static ng_result encode(const struct job *job)
 {
     struct lf_sample_writer *w = job->writer;
     const struct ng_snapshot *s = job->sample->snapshot;
-    uint32_t shining = 0;
-    for (uint32_t i = 0; i < s->light_count; i++)
-        shining += ng_light_power(&s->lights[i].source) > 0;
-    const struct lf_clues_scene scene = {
-        .tracer = job->sample->tracer, .jobs = job->params->jobs, .light_count = shining};
+    const struct lf_clues_scene scene = {.tracer = job->sample->tracer, .jobs = job->params->jobs};
     const struct lf_clues_light_params params = {.vpl_count = job->params->vpls};
     NG_TRY(lf_clues_pixels(&scene,
                            &(struct lf_clues_pixels_params){.gbuffer = *job->gbuffer,

@@ -65,7 +65,7 @@ uint64_t lf_encoder_pixels_key(const struct lf_encoder *self, const struct ng_fr
 uint64_t lf_encoder_rsm_key(const struct lf_encoder *self, const struct ng_frame_info *frame,
                             const struct lf_active_light *light);
 // How much a light asks, among so many.
-uint64_t lf_encoder_clues_key(const struct lf_encoder *self);
+uint64_t lf_encoder_clues_key(const struct ng_snapshot *s);
 // Of networks that know the power itself (`paper`) more depends on it than the gather.
 uint64_t lf_encoder_light_key(const struct lf_encoder *self, const struct ng_snapshot *s, uint32_t light);
 // The powers of all lights, which the gather depends on.

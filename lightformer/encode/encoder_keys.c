@@ -61,9 +61,9 @@ uint64_t lf_encoder_rsm_key(const struct lf_encoder *self, const struct ng_frame
     return key;
 }
 
-uint64_t lf_encoder_clues_key(const struct lf_encoder *self)
+uint64_t lf_encoder_clues_key(const struct ng_snapshot *s)
 {
-    return ng_key_add(NG_KEY, lf_questions_of((uint32_t)self->active.count));
+    return ng_key_add(NG_KEY, lf_questions_of(s->light_count));
 }
 
 uint64_t lf_encoder_light_key(const struct lf_encoder *self, const struct ng_snapshot *s, uint32_t light)

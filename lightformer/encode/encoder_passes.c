@@ -31,7 +31,6 @@ static ng_result find_scene(const struct ng_pass_context *ctx, const struct lf_e
     *out = (struct lf_clues_scene){.tracer = in->rays->tracer,
                                    .jobs = self->params.jobs,
                                    .reads = self->reads,
-                                   .light_count = (uint32_t)self->active.count,
                                    .abandon = is_abandoned,
                                    .abandon_user = ctx};
     return lf_tracer_snapshot(out->tracer) ? NG_OK : NG_ERROR_MEMORY; // logged there
@@ -385,7 +384,8 @@ static void declare_clues(struct declaration *d)
     uint64_t bytes = lf_clues_view_bytes(d->in->frame->width, d->in->frame->height);
     snprintf(name, sizeof name, "encode:%s/clues", d->light->kept->name);
     d->light->clues = ng_graph_add_buffer(d->graph, name, &(struct ng_graph_buffer_params){.size = bytes});
-    struct ng_pass *pass = add_light_pass(d, "clues", find_view_clues, lf_encoder_clues_key(d->in->self));
+    struct ng_pass *pass =
+        add_light_pass(d, "clues", find_view_clues, lf_encoder_clues_key(d->in->frame->snapshot));
     read(pass, d->in->rays->updated);
     lf_read_pixels(pass, &d->in->pixels);
     read(pass, d->light->buffers.rsm);

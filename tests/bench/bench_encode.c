@@ -55,8 +55,7 @@ static void close_bench(struct bench *b)
 
 static ng_result encode(struct bench *b)
 {
-    struct lf_clues_scene scene = {
-        .tracer = b->tracer, .jobs = b->stage->jobs, .light_count = b->light_count};
+    struct lf_clues_scene scene = {.tracer = b->tracer, .jobs = b->stage->jobs};
     struct lf_clues_pixels_params params = {.gbuffer = b->seen.gbuffer, .width = b->size, .height = b->size};
     NG_TRY(lf_clues_pixels(&scene, &params, b->pixels));
     for (uint32_t i = 0; i < b->light_count; i++) {

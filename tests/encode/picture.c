@@ -86,8 +86,7 @@ static void resize(struct picture *p, uint32_t width, uint32_t height)
 void picture_encode_with(struct picture *p, const struct scene *s, uint32_t width, uint32_t height,
                          uint64_t reads, const struct lf_clues_light_params *params)
 {
-    struct lf_clues_scene scene = {
-        .tracer = s->tracer, .jobs = s->jobs, .reads = reads, .light_count = s->snapshot->light_count};
+    struct lf_clues_scene scene = {.tracer = s->tracer, .jobs = s->jobs, .reads = reads};
     if (!p->pixels)
         OK(lf_pixel_clues_create(&p->pixels));
     resize(p, width, height);
