@@ -153,6 +153,12 @@ struct viewer {
     struct view_order order; // what is wanted now
     struct view_frame shown; // what is on the screen
     struct ng_camera_controller controller;
+    // Of the last step of the wheel: where the pointer was, and the camera after it.
+    struct {
+        float at[2];
+        struct pose pose;
+        bool any;
+    } wheel;
     struct ng_playback playback;
     struct view_picture picture;
     struct view_rate rate;
@@ -431,15 +437,30 @@ static void frame_thing(struct viewer *v, const struct ng_input *input)
         ng_camera_controller_frame(&v->controller, pick->center, pick->radius, aspect);
 }
 
+// Steps of the wheel in one place are about one point: what is under the pointer stays there, and pictures in
+// motion know it less well.
+static bool goes_on_about_point(const struct viewer *v, const struct ng_input *input)
+{
+    const struct pose pose = pose_of(&v->controller);
+    return v->wheel.any && v->wheel.at[0] == input->pointer[0] && v->wheel.at[1] == input->pointer[1] &&
+           pose_same(&v->wheel.pose, &pose);
+}
+
 static void steer(struct viewer *v, const struct ng_input *input)
 {
+    bool scrolls = input->scroll != 0 && !ng_camera_controller_flies(input);
     for (int b = 0; b < NG_BUTTON_COUNT; b++)
         if (input->clicked[b] && b != NG_BUTTON_RIGHT)
             take_point(v, input->grip[b]);
-    if (input->scroll != 0 && !ng_camera_controller_flies(input))
+    if (scrolls && !goes_on_about_point(v, input))
         take_point(v, input->pointer);
     float speed = v->controller.speed;
     ng_camera_controller_update(&v->controller, input, (float)v->window->height);
+    if (scrolls) {
+        v->wheel.any = true;
+        v->wheel.pose = pose_of(&v->controller);
+        memcpy(v->wheel.at, input->pointer, sizeof v->wheel.at);
+    }
     if (v->controller.speed != speed)
         tell(v, "flies %.3g m/s", (double)v->controller.speed);
 }
