@@ -223,8 +223,8 @@ std::string shortened(const std::string &text)
     return text.substr(0, end) + "...";
 }
 
-// Begins the strings that stand for numbers that JSON does not have, until they are left out: no text of a glTF
-// holds a zero.
+// Begins the strings that stand for numbers that JSON does not have, until they are left out: no text of a
+// glTF holds a zero.
 constexpr std::string_view no_number("\0\0", 2);
 
 // The narrowest kind that a number is of: 4.0 is a whole number (glTF 2.0, 2.7).

@@ -189,7 +189,7 @@ static void split(const struct ng_display_picture *p, size_t first, const struct
         FOR_EACH
         {
             float side = from[i] > 0 ? right->of[c][i] : left->of[c][i];
-            left->of[c][i] = (from[i] < 1) & (from[i] > -1) ? 1 : side;
+            left->of[c][i] = ((from[i] < 1) & (from[i] > -1)) ? 1 : side;
         }
 }
 
