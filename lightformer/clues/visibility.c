@@ -180,18 +180,12 @@ static void ask_first(void *user, uint32_t begin, uint32_t end, uint32_t worker)
         ask_rows(s, row * ROWS, FIRST);
 }
 
-static void ask_others(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+static void ask_in_doubt(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
+    const struct search *s = user;
     for (uint32_t row = begin; row < end; row++)
-        ask_rows(user, row * ROWS, OTHERS);
-}
-
-static void ask_again(void *user, uint32_t begin, uint32_t end, uint32_t worker)
-{
-    NG_UNUSED(worker);
-    for (uint32_t row = begin; row < end; row++)
-        ask_rows(user, row * ROWS, AGAIN);
+        ask_rows(s, row * ROWS, s->questions == LF_ASK_ALL ? AGAIN : OTHERS);
 }
 
 void lf_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
@@ -208,11 +202,9 @@ void lf_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixe
     }
     uint32_t rows = (pixels->height + ROWS - 1) / ROWS;
     ng_jobs_for(scene->jobs, rows, 1, ask_first, &s);
-    if (s.questions != LF_ASK_FEW)
+    if (s.questions != LF_ASK_FEW) {
         lf_interleaved_collect(scene, pixels, rays);
-    if (s.questions == LF_ASK_IN_DOUBT)
-        ng_jobs_for(scene->jobs, rows, 1, ask_others, &s);
-    if (s.questions == LF_ASK_ALL)
-        ng_jobs_for(scene->jobs, rows, 1, ask_again, &s);
+        ng_jobs_for(scene->jobs, rows, 1, ask_in_doubt, &s);
+    }
     lf_interleaved_filter(scene, pixels, rays, false, visibility);
 }
