@@ -53,8 +53,7 @@ static inline struct ng_local_direction lf_shading_view(const struct lf_shading_
 // Direction `u` (lf_brdf_samples), unit; may lead below the surface.
 static inline void lf_brdf_direction(const struct lf_shading_point *at, const float u[3], float out[3])
 {
-    const float *n = at->normal;
-    const struct lf_frame frame = lf_frame_around(n[0], n[1], n[2]);
+    const struct lf_frame frame = lf_frame_toward(at->normal, at->view);
     struct ng_local_direction v = lf_shading_view(at, &frame);
     struct ng_local_direction l = ng_brdf_reflect(v, ng_brdf_half(v, at->roughness, u[0], u[1], u[2]));
     lf_local_to_world(&frame, &l, out);

@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define HIGHLIGHTS 0.25f // how much specular lobes count in frame.radiance
+
 const char *const lf_clues_stage_names[LF_CLUES_STAGES] = {
     "pixels",     "reflection_rays",     "texels",     "shadow_distance",   "direct",
     "visibility", "specular_visibility", "rsm_gather", "hemisphere_gather", "reflected_light",
@@ -125,19 +127,26 @@ static void set_frame(const struct ng_snapshot *snapshot, struct lf_pixel_clues 
         sum += (double)power;
         active += power > 0;
     }
-    p->radiance = lf_finite((float)(sum / square));
-    p->mean_power = active ? p->radiance / (float)active : 0;
+    p->power = lf_finite((float)(sum / square));
+    p->mean_power = active ? p->power / (float)active : 0;
     p->values.of[LF_INPUT_FRAME_RADIANCE] = &p->radiance;
     p->values.of[LF_INPUT_FRAME_MEAN_POWER] = &p->mean_power;
 }
 
-static void set_light(const struct ng_snapshot *snapshot, float radiance, struct lf_light_clues *l)
+static void set_light(const struct ng_snapshot *snapshot, struct lf_light_clues *l)
 {
     const struct ng_light_source *source = &snapshot->lights[l->light].source;
     float radius = lf_space_of(snapshot).radius, square = radius * radius;
     ng_light_power_rgb(source, l->power);
     lf_scale(l->power, 1 / square, l->power);
-    l->share = radiance > 0 ? lf_mean(l->power) / radiance : 0;
+}
+
+void lf_clues_set_unit(struct lf_pixel_clues *p, float unit, struct lf_light_clues *const *lights,
+                       uint32_t light_count)
+{
+    p->radiance = lf_finite(unit);
+    for (uint32_t i = 0; i < light_count; i++)
+        lights[i]->share = p->radiance > 0 ? lf_finite(lf_mean(lights[i]->power) / p->radiance) : 0;
 }
 
 void lf_clues_set_powers(const struct ng_snapshot *snapshot, struct lf_pixel_clues *pixels,
@@ -145,7 +154,8 @@ void lf_clues_set_powers(const struct ng_snapshot *snapshot, struct lf_pixel_clu
 {
     set_frame(snapshot, pixels);
     for (uint32_t i = 0; i < light_count; i++)
-        set_light(snapshot, pixels->radiance, lights[i]);
+        set_light(snapshot, lights[i]);
+    lf_clues_set_unit(pixels, pixels->radiance, lights, light_count);
 }
 
 // ---- pixels ----------------------------------------------------------------------------------------------
@@ -165,10 +175,11 @@ ng_result lf_clues_pixels(const struct lf_clues_scene *scene, const struct lf_cl
     uint64_t pixels = (uint64_t)params->width * params->height;
     uint32_t budget = (uint32_t)lf_reflection_budget(pixels, params->reflection_rays);
     NG_TRY(lf_pixels_read(scene, params, out));
+    float focal = lf_finite((float)out->height / (2 * tanf(out->eye.fov_y / 2)));
     NG_TRY(end_part(scene, &begin, &out->ms[LF_CLUES_PIXELS]));
-    NG_TRY(lf_reflections_cast(scene, budget, out));
+    NG_TRY(lf_reflections_cast(scene, focal, budget, out));
     NG_TRY(end_part(scene, &begin, &out->ms[LF_CLUES_REFLECTION_RAYS]));
-    NG_TRY(lf_hemisphere_cast(scene, out));
+    NG_TRY(lf_hemisphere_cast(scene, focal, out));
     NG_TRY(end_part(scene, &begin, &out->ms[LF_CLUES_HEMISPHERE_GATHER]));
     set_frame(lf_tracer_snapshot(scene->tracer), out);
     return NG_OK;
@@ -274,6 +285,52 @@ static bool wants_visibility(const struct lf_clues_scene *s)
            lf_clues_wants(s, LF_INPUT_VIEW_VISIBILITY_SPECULAR);
 }
 
+// What pixels show of a light, but for what is indirect. Highlights, which a few pixels may have most of,
+// count little; of metals there is nothing else.
+struct reaching {
+    const struct lf_pixel_clues *pixels;
+    float *const *diffuse, *const *glossy;
+    const float *seen_diffuse, *seen_glossy; // visibility; null: all of it
+    float *rows;                             // [height]: sums
+};
+
+static float add_lobe(float *const planes[3], const float *seen, size_t first, size_t count)
+{
+    const float *r = planes[0] + first, *g = planes[1] + first, *b = planes[2] + first;
+    float sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += (r[i] + g[i] + b[i]) * (seen ? seen[first + i] : 1);
+    return sum / 3;
+}
+
+static void add_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct reaching *r = user;
+    size_t width = r->pixels->width;
+    for (uint32_t y = begin; y < end; y++)
+        r->rows[y] = add_lobe(r->diffuse, r->seen_diffuse, y * width, width) +
+                     HIGHLIGHTS * add_lobe(r->glossy, r->seen_glossy, y * width, width);
+}
+
+// The light's part of frame.radiance, at unit power.
+static float mean_reaching(const struct lf_clues_scene *scene, const struct lf_pixel_clues *p,
+                           const struct view_planes *planes)
+{
+    bool specular = lf_clues_wants(scene, LF_INPUT_VIEW_VISIBILITY_SPECULAR);
+    struct reaching r = {.pixels = p,
+                         .diffuse = planes->diffuse,
+                         .glossy = planes->glossy,
+                         .seen_diffuse = wants_visibility(scene) ? planes->visibility_diffuse[0] : NULL,
+                         .seen_glossy = specular ? planes->visibility_specular[0] : NULL,
+                         .rows = planes->rays[0]};
+    double sum = 0;
+    ng_jobs_for(scene->jobs, p->height, 16, add_rows, &r);
+    for (uint32_t y = 0; y < p->height; y++)
+        sum += (double)r.rows[y];
+    return p->surfaces ? lf_finite((float)(sum / p->surfaces)) : 0;
+}
+
 // All there is to the visibility of a light without extent is one distance.
 static bool wants_shadow(const struct lf_clues_scene *s, const struct lf_light_clues *light)
 {
@@ -355,6 +412,9 @@ ng_result lf_clues_view(const struct lf_clues_scene *scene, const struct lf_pixe
         lf_specular_visibility_find(scene, pixels, light, planes.glossy, planes.visibility_diffuse[0], &rays,
                                     planes.visibility_specular[0]);
     NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_SPECULAR_VISIBILITY]));
+    light->reaching = -1;
+    if (wants_direct(scene))
+        light->reaching = mean_reaching(scene, pixels, &planes);
     if (lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RSM))
         NG_TRY(lf_rsm_gather(scene, pixels, light, planes.irradiance_rsm));
     NG_TRY(end_part(scene, &begin, &light->ms[LF_CLUES_RSM_GATHER]));

@@ -7,7 +7,7 @@
 //     // of each light, where it or what it sees has changed; then, where also camera or pixels may have:
 //     NG_TRY(lf_clues_light(&scene, light, NULL, clues));
 //     NG_TRY(lf_clues_view(&scene, pixels, clues));
-//     // every frame: shares of the power, and sums over lights, which nothing else depends on
+//     // every frame: the unit of radiance, shares, and sums over lights, which nothing else depends on
 //     lf_clues_set_powers(snapshot, pixels, all_clues, count);
 //     NG_TRY(lf_clues_arriving(&scene, pixels, all_clues, count));
 //
@@ -111,12 +111,13 @@ NG_NODISCARD ng_result lf_clues_view(const struct lf_clues_scene *scene, const s
 // them. Errors, logged: NG_ERROR_MEMORY.
 NG_NODISCARD ng_result lf_light_clues_keep(struct lf_light_clues *light, uint64_t set);
 
-// frame.*, light.share and light.power for the powers that a snapshot's lights have now. `lights` are clues
+// frame.mean_power and light.power for the powers that a snapshot's lights have now, and light.share by the
+// frame.radiance of the last lf_clues_arriving, until the next one sets both. `lights` are clues
 // of lights of that snapshot; all of its lights count.
 void lf_clues_set_powers(const struct ng_snapshot *snapshot, struct lf_pixel_clues *pixels,
                          struct lf_light_clues *const *lights, uint32_t light_count);
-// pixel.mirror_light and pixel.gathered: sums over all lights that shine, after lf_clues_view of each and
-// lf_clues_set_powers. Errors, logged: NG_ERROR_MEMORY.
+// frame.radiance, light.share, and pixel.mirror_light and pixel.gathered: sums over all lights that shine,
+// after lf_clues_view of each and lf_clues_set_powers. Errors, logged: NG_ERROR_MEMORY.
 NG_NODISCARD ng_result lf_clues_arriving(const struct lf_clues_scene *scene, struct lf_pixel_clues *pixels,
                                          struct lf_light_clues *const *lights, uint32_t light_count);
 

@@ -61,13 +61,16 @@ struct lf_reflection_filter_taps {
     float weight[LF_REFLECTION_FILTER_TAPS];
 };
 
-// Of what metals reflect all is seen, of what others do little: each has a density of rays of its own. Pixels
-// of LF_REFLECTION_NONE reflect nothing.
+// Of what metals reflect all is seen, of what others do little: each has a density of rays of its own. But
+// where two surfaces meet, a ray a few pixels away says nothing, and at the rim of a round one all is
+// reflected. Pixels of LF_REFLECTION_NONE reflect nothing.
 enum lf_reflection_kind {
     LF_REFLECTION_METAL,
+    LF_REFLECTION_EDGE, // of others than metals
     LF_REFLECTION_GLOSS,
     LF_REFLECTION_KINDS,
-    LF_REFLECTION_NONE = LF_REFLECTION_KINDS
+    LF_REFLECTION_NONE = LF_REFLECTION_KINDS,
+    LF_REFLECTION_BETWEEN, // a flat one that shows the mean of LF_REFLECTION_GLOSS beside it
 };
 
 // Rays start at every `spacing`-th pixel each way, where the surface is of that kind.
@@ -80,6 +83,11 @@ struct lf_reflection_lattice {
 static inline uint64_t lf_reflection_budget(uint64_t pixels, uint32_t wanted)
 {
     return wanted ? wanted : pixels / 4 + 1;
+}
+// As many more at edges of others than metals.
+static inline uint64_t lf_reflection_edge_budget(uint64_t budget)
+{
+    return budget / 2 + 1;
 }
 
 struct lf_reflections {
@@ -97,15 +105,19 @@ struct lf_reflections {
 
 // Rays over the hemisphere of every point of the grid, and what is taken of those of its neighbours, pass by
 // pass.
-#define LF_HEMISPHERE_RAYS   2 // of a point
-#define LF_HEMISPHERE_TAPS   9
-#define LF_HEMISPHERE_PASSES 4
+#define LF_HEMISPHERE_RAYS    2 // of a point at first; as many more where these meet something near by
+#define LF_HEMISPHERE_TAPS    5
+#define LF_HEMISPHERE_PASSES  4
+#define LF_HEMISPHERE_SCRATCH (8 * LF_HEMISPHERE_RAYS + 12) // floats for a point
 struct lf_hemisphere {
-    LF_PART(struct lf_secondary_hit) hits; // [rays][grid points]; where is no surface nothing was met
+    // [grid points + more][rays]; where is no surface nothing was met.
+    LF_PART(struct lf_secondary_hit) hits;
+    LF_PART(uint32_t) more; // points with more rays, in order
     LF_PART(float) weights; // [LF_HEMISPHERE_PASSES][grid points][LF_HEMISPHERE_TAPS]; sums are 1
+    LF_PART(float) open;    // by point: the part of the wide mean
 };
 
-#define LF_PIXEL_PLANES 26 // of all inputs but those that depend on powers, and what is kept beside them
+#define LF_PIXEL_PLANES 30 // of all inputs but those that depend on powers, and what is kept beside them
 #define LF_VIEW_PLANES  19 // of all inputs of a light's view, and scratch
 // Floats between the planes of one input and the next. Without, the same pixel of all planes of a picture of
 // 512 x 512 would compete for one set of a cache.
@@ -122,14 +134,18 @@ struct lf_pixel_clues {
     struct lf_space space;
     struct ng_camera_eye eye;
     float radiance, mean_power; // frame.*
+    float power;                // sum of Phi / R^2 of all lights, W/m2
+    uint32_t surfaces;          // pixels that show one
     struct lf_memory memory[LF_PIXEL_PARTS];
     float *planes[LF_PIXEL_PLANES]; // all of them:
     // Planes [width * height], by axis or channel.
     float *mask, *position[3], *normal[3], *flat[3], *view[3], *distance;
     float *diffuse[3], *specular[3], *roughness;
     float *reflection_nearness, *reflection_missed, *reflection_albedo[3];
-    bool misses;                            // some reflection ray met nothing
-    LF_PART(unsigned char) relief;          // by pixel: enum lf_relief
+    float *gathered_albedo[3], *gathered_missed;
+    bool misses;                    // some reflection ray met nothing
+    LF_PART(unsigned char) relief;  // by pixel: enum lf_relief
+    LF_PART(unsigned char) between; // the lattice of pixels whose mean one may show (lf_pixel_corners), or 0
     uint32_t grid_width, grid_height;       // of every LF_GRID_STEP-th pixel
     LF_PART(struct lf_grid_taps) grid_taps; // of each pixel
     LF_PART(uint32_t) alone;                // pixels that no neighbour on the grid speaks for
@@ -162,13 +178,15 @@ struct lf_light_clues {
     const struct lf_captured_light *maps;
     float skin; // metres: how far off the surface that emits rays begin and end
     struct lf_emitter emitter;
+    struct lf_emitter far_emitter; // of fewer samples, which are enough from far away
     bool needs_brdf_rays; // smooth surfaces need directions of the BRDF that the kernels do not choose
     LF_PART(struct ng_light_sample) vpls;
     LF_PART(struct lf_intensity_lobe) intensity;
-    LF_PART(struct lf_texel) texels; // all of the views
-    LF_PART(struct lf_rsm_source) sources;
+    LF_PART(struct lf_texel) texels;                        // all of the views
+    LF_PART(struct lf_rsm_source) sources, sources_of_hits; // for pixels, and for where rays end
     uint32_t vpl_count, texel_count;
     float share, power[3], color[3], kind[3];
+    float reaching; // mean that diffuse lobes reflect of what reaches them, at unit power; below 0: not known
     LF_PART(float) rows;       // vpl and texel inputs
     size_t pixel_count;        // of a plane of view inputs
     LF_PART(float) grid;       // sums of RSM texels at the grid
@@ -250,6 +268,10 @@ static inline float lf_skin_along(const struct lf_light_clues *light, const stru
 // bytes.c: rays of reflections from pixels, however much reflects.
 uint64_t lf_reflection_rays_at_most(const struct lf_pixel_clues *pixels);
 
+// clues.c: frame.radiance, and light.share by it.
+void lf_clues_set_unit(struct lf_pixel_clues *pixels, float unit, struct lf_light_clues *const *lights,
+                       uint32_t light_count);
+
 // Milliseconds since `*begin`, which becomes now.
 double lf_clues_lap(uint64_t *begin);
 
@@ -259,6 +281,16 @@ NG_NODISCARD ng_result lf_pixels_read(const struct lf_clues_scene *scene,
                                       struct lf_pixel_clues *out);
 void lf_pixel_position(const struct lf_pixel_clues *pixels, size_t pixel, float out[3]);
 void lf_pixel_shading_point(const struct lf_pixel_clues *pixels, size_t pixel, struct lf_shading_point *out);
+// The two or four pixels of every `lattice`-th each way around one that lies in the middle of them.
+static inline void lf_pixel_corners(const struct lf_pixel_clues *p, uint32_t x, uint32_t y, uint32_t lattice,
+                                    size_t out[4])
+{
+    size_t pixel = (size_t)y * p->width + x, across = x % lattice, down = y % lattice * (size_t)p->width;
+    out[0] = pixel - across - down;
+    out[1] = pixel + across - down;
+    out[2] = pixel - across + down;
+    out[3] = pixel + across + down;
+}
 // How much a pixel says of another, by plane and normal: a weight from 0 to 1.
 float lf_bilateral_weight(const struct lf_pixel_clues *pixels, size_t pixel, size_t other);
 void lf_shading_points_set_pixel(const struct lf_pixel_clues *pixels, size_t pixel, int lane,
@@ -271,7 +303,7 @@ static inline void lf_mirror_direction(const float view[3], const float normal[3
     lf_mad(out, view, -1, out);
     lf_normalize(out);
 }
-NG_NODISCARD ng_result lf_reflections_cast(const struct lf_clues_scene *scene, uint32_t budget,
+NG_NODISCARD ng_result lf_reflections_cast(const struct lf_clues_scene *scene, float focal, uint32_t budget,
                                            struct lf_pixel_clues *out);
 NG_NODISCARD ng_result lf_reflections_light(const struct lf_clues_scene *scene,
                                             const struct lf_pixel_clues *pixels,
@@ -298,8 +330,16 @@ void lf_shadow_distance_find(const struct lf_clues_scene *scene, const struct lf
                              const struct lf_light_clues *light, float *const out[5]);
 
 // direct.c: unshadowed direct light at pixels, and at points with a light's help beyond the kernels.
+enum lf_sampling {
+    LF_SAMPLE_LOBE,  // the light, and the lobe, where this is narrow beside the light
+    LF_SAMPLE_LIGHT, // the light alone
+    LF_SAMPLE_FAR,   // a few points of it
+};
+// Whether these are enough at a point with such a normal.
+bool lf_direct_is_far(const struct lf_light_clues *light, const float position[3], const float normal[3]);
 void lf_direct_at(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
-                  const struct lf_shading_points *points, uint32_t count, bool smooth, struct lf_lit *out);
+                  const struct lf_shading_points *points, uint32_t count, enum lf_sampling sampling,
+                  struct lf_lit *out);
 void lf_direct_view(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                     const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3]);
 
@@ -317,15 +357,17 @@ void lf_specular_visibility_find(const struct lf_clues_scene *scene, const struc
 // rsm_gather.c: light of RSM texels on the grid, then everywhere.
 NG_NODISCARD ng_result lf_rsm_gather(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                                      struct lf_light_clues *light, float *const out[3]);
-// From the grid ([3][grid points]) to the pixels; those that no point speaks for get nothing.
+// From the grid ([channels][grid points]) to the pixels; those that no point speaks for get nothing.
 void lf_grid_spread(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
-                    const float *grid, float *const out[3]);
+                    const float *grid, uint32_t channels, float *const out[]);
 
 // hemisphere_gather.c: irradiance by rays over the hemisphere.
-NG_NODISCARD ng_result lf_hemisphere_cast(const struct lf_clues_scene *scene, struct lf_pixel_clues *out);
+// `focal`: pixels that a tangent of 1 covers.
+NG_NODISCARD ng_result lf_hemisphere_cast(const struct lf_clues_scene *scene, float focal,
+                                          struct lf_pixel_clues *out);
 NG_NODISCARD ng_result lf_hemisphere_light(const struct lf_clues_scene *scene,
                                            const struct lf_pixel_clues *pixels, struct lf_light_clues *light);
-// From hits ([hits][LF_HIT_CHANNELS]) to the pixels; `scratch`: [2][3][grid points].
+// From hits ([hits][LF_HIT_CHANNELS]) to the pixels; `scratch`: [3][3][grid points].
 void lf_hemisphere_spread(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                           const float *seen, float *scratch, float *const out[3]);
 

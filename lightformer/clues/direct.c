@@ -1,5 +1,5 @@
-// Unshadowed direct light. Pixels are sorted into rough and smooth ones, a run at a time, so that all lanes
-// of a kernel do the same work.
+// Unshadowed direct light. Pixels are sorted by how the light has to be sampled, a run at a time, so that all
+// lanes of a kernel do the same work.
 #include "lightformer/clues/clues_internal.h"
 
 #include "lightformer/trace/vec.h"
@@ -10,7 +10,7 @@
 #define ROWS   4    // a job
 #define RUN    512  // pixels of a row that are sorted together
 #define SPREAD 0.1f // of light at neighbours, of which a mean is taken
-#define NARROW 0.2f // roughness of lobes that may look different from one pixel to the next
+#define FAR    6.0f // half diagonals of a light, from which on a few points of it are enough
 
 // ---- directions of the BRDF, for lights without a closed form ---------------------------------------------
 
@@ -35,7 +35,7 @@ static void read_lane(const struct lf_light_clues *light, const struct lf_shadin
         out->f0[c] = p->f0[c][i];
     }
     out->point.roughness = p->roughness[i];
-    out->frame = lf_frame_around(p->normal[0][i], p->normal[1][i], p->normal[2][i]);
+    out->frame = lf_frame_toward(out->point.normal, out->point.view);
     out->view = lf_shading_view(&out->point, &out->frame);
     lf_to_world(&light->space, position, out->world);
 }
@@ -182,15 +182,41 @@ static void add_cosine_samples(const struct lf_clues_scene *scene, const struct 
 }
 
 void lf_direct_at(const struct lf_clues_scene *scene, const struct lf_light_clues *light,
-                  const struct lf_shading_points *points, uint32_t count, bool smooth, struct lf_lit *out)
+                  const struct lf_shading_points *points, uint32_t count, enum lf_sampling sampling,
+                  struct lf_lit *out)
 {
-    bool brdf_samples = smooth && !light->unit.type->delta;
-    lf_kernels_of(0)->direct(&light->emitter, points, brdf_samples, out);
+    bool brdf_samples = sampling == LF_SAMPLE_LOBE && !light->unit.type->delta;
+    const struct lf_emitter *emitter = sampling == LF_SAMPLE_FAR ? &light->far_emitter : &light->emitter;
+    lf_kernels_of(0)->direct(emitter, points, brdf_samples, out);
     if (!light->needs_brdf_rays || !light->emitter.sample_count)
         return;
     if (brdf_samples)
         add_brdf_samples(scene, light, points, count, out);
     add_cosine_samples(scene, light, points, count, !brdf_samples, out);
+}
+
+bool lf_direct_is_far(const struct lf_light_clues *light, const float position[3], const float normal[3])
+{
+    const struct lf_emitter *e = &light->emitter;
+    float to[3];
+    lf_mad(e->center, position, -1, to);
+    bool flat = e->kind == LF_EMITTER_RECTANGLE || e->kind == LF_EMITTER_DISK;
+    // Not where the surface's horizon cuts the light.
+    return flat && lf_dot(to, to) > FAR * FAR * e->radius * e->radius &&
+           fabsf(lf_dot(to, normal)) > e->radius;
+}
+
+// Whether a lobe is so much wider than the light that samples of the light alone show none of its shape: the
+// density of a direction to the light over that of the lobe's middle, at grazing angles stretched.
+static bool is_wide(const struct lf_light_clues *light, const float position[3], float roughness,
+                    float cosine, float times)
+{
+    const struct lf_emitter *e = &light->emitter;
+    float alpha = ng_brdf_alpha(roughness), to[3];
+    lf_mad(e->center, position, -1, to);
+    float light_density = lf_dot(to, to),
+          lobe_density = e->area / (4 * NG_PI * alpha * alpha * lf_max(cosine, 0.05f));
+    return e->area > 0 && light_density > times * lobe_density;
 }
 
 // ---- pixels ----------------------------------------------------------------------------------------------
@@ -200,47 +226,32 @@ struct lighting {
     const struct lf_pixel_clues *pixels;
     const struct lf_light_clues *light;
     float *const *diffuse, *const *glossy;
+    uint32_t coarsest; // lattice: of flat surfaces every so many-th pixel each way is lit
+    uint32_t step;     // of this pass: pixels between those of that lattice; 0: all that are between none
 };
 
-// Of flat surfaces every second pixel each way is lit; the others take the mean of two or four of
-// these.
-static bool is_lit_itself(uint32_t x, uint32_t y)
+static enum lf_sampling sampling_of(const struct lighting *l, size_t pixel)
 {
-    return x % 2 == 0 && y % 2 == 0;
+    const struct lf_pixel_clues *p = l->pixels;
+    float position[3], roughness = p->roughness[pixel];
+    lf_pixel_position(p, pixel, position);
+    const float normal[3] = {p->normal[0][pixel], p->normal[1][pixel], p->normal[2][pixel]};
+    float cosine =
+        normal[0] * p->view[0][pixel] + normal[1] * p->view[1][pixel] + normal[2] * p->view[2][pixel];
+    if (is_wide(l->light, position, roughness, cosine, 16) && lf_direct_is_far(l->light, position, normal))
+        return LF_SAMPLE_FAR;
+    bool smooth = roughness < LF_SMOOTH && !is_wide(l->light, position, roughness, cosine, 4);
+    return smooth ? LF_SAMPLE_LOBE : LF_SAMPLE_LIGHT;
 }
 
-// Whether what another pixel reflects says what this one does, but for its albedo.
-static bool speaks_for(const struct lf_pixel_clues *p, size_t other, size_t pixel)
-{
-    bool alike =
-        !(p->relief.items[other] & LF_BENT) && fabsf(p->roughness[other] - p->roughness[pixel]) < 0.02f;
-    for (int c = 0; c < 3; c++)
-        alike = alike && p->diffuse[c][other] > 1e-3f &&
-                fabsf(p->specular[c][other] - p->specular[c][pixel]) < 1e-3f;
-    return alike;
-}
-
-// False if a pixel has to be lit itself.
-static bool find_between(const struct lf_pixel_clues *p, uint32_t x, uint32_t y, size_t others[4])
-{
-    size_t pixel = (size_t)y * p->width + x, across = x % 2, down = y % 2 * (size_t)p->width;
-    bool inside = x + x % 2 < p->width && y + y % 2 < p->height;
-    if (is_lit_itself(x, y) || !inside || p->relief.items[pixel] & LF_BENT || p->roughness[pixel] < NARROW)
-        return false;
-    const size_t corners[4] = {pixel - across - down, pixel + across - down, pixel - across + down,
-                               pixel + across + down};
-    memcpy(others, corners, sizeof corners);
-    return speaks_for(p, others[0], pixel) && speaks_for(p, others[1], pixel) &&
-           speaks_for(p, others[2], pixel) && speaks_for(p, others[3], pixel);
-}
-
-static void light_lanes(const struct lighting *l, const size_t *list, uint32_t count, bool smooth)
+static void light_lanes(const struct lighting *l, const size_t *list, uint32_t count,
+                        enum lf_sampling sampling)
 {
     struct lf_shading_points points;
     struct lf_lit lit;
     for (uint32_t i = 0; i < LF_LANES; i++)
         lf_shading_points_set_pixel(l->pixels, list[i < count ? i : 0], (int)i, &points);
-    lf_direct_at(l->scene, l->light, &points, count, smooth, &lit);
+    lf_direct_at(l->scene, l->light, &points, count, sampling, &lit);
     for (int c = 0; c < 3; c++)
         for (uint32_t i = 0; i < count; i++) {
             l->diffuse[c][list[i]] = lf_finite(lit.diffuse[c][i]);
@@ -248,51 +259,11 @@ static void light_lanes(const struct lighting *l, const size_t *list, uint32_t c
         }
 }
 
-static void light_list(const struct lighting *l, const size_t *list, uint32_t count, bool smooth)
+static void light_list(const struct lighting *l, const size_t *list, uint32_t count,
+                       enum lf_sampling sampling)
 {
     for (uint32_t i = 0; i < count; i += LF_LANES)
-        light_lanes(l, list + i, count - i < LF_LANES ? count - i : LF_LANES, smooth);
-}
-
-// Pixels that are lit themselves.
-struct list {
-    size_t rough[RUN], smooth[RUN];
-    uint32_t rough_count, smooth_count;
-};
-
-static void light_pixels(const struct lighting *l, const struct list *list)
-{
-    light_list(l, list->rough, list->rough_count, false);
-    light_list(l, list->smooth, list->smooth_count, true);
-}
-
-static void sort_in(const struct lf_pixel_clues *p, size_t pixel, struct list *list)
-{
-    if (p->roughness[pixel] < LF_SMOOTH)
-        list->smooth[list->smooth_count++] = pixel;
-    else
-        list->rough[list->rough_count++] = pixel;
-}
-
-static void light_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
-{
-    NG_UNUSED(worker);
-    const struct lighting *l = user;
-    const struct lf_pixel_clues *p = l->pixels;
-    size_t others[4];
-    struct list list;
-    for (uint32_t y = begin; y < end; y++)
-        for (uint32_t x = 0; x < p->width; x += RUN) {
-            list.rough_count = list.smooth_count = 0;
-            for (uint32_t i = x; i < p->width && i < x + RUN; i++) {
-                size_t pixel = (size_t)y * p->width + i;
-                for (int c = 0; c < 3 && !(p->mask[pixel] > 0); c++)
-                    l->diffuse[c][pixel] = l->glossy[c][pixel] = 0;
-                if (p->mask[pixel] > 0 && !find_between(p, i, y, others))
-                    sort_in(p, pixel, &list);
-            }
-            light_pixels(l, &list);
-        }
+        light_lanes(l, list + i, count - i < LF_LANES ? count - i : LF_LANES, sampling);
 }
 
 // Radiance by channel with the albedo of a pixel.
@@ -331,27 +302,53 @@ static bool take_mean(const struct lighting *l, size_t pixel, const size_t other
     return true;
 }
 
-static void fill_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+// Whether this pass has to light a pixel itself. A pass between pixels leaves means where they hold.
+static bool has_to_light(const struct lighting *l, uint32_t x, uint32_t y)
+{
+    const struct lf_pixel_clues *p = l->pixels;
+    size_t pixel = (size_t)y * p->width + x, others[4];
+    uint32_t lattice = p->between.items[pixel];
+    bool between = lattice && lattice <= l->coarsest;
+    if (l->step) {
+        if (lattice != l->step)
+            return false;
+        lf_pixel_corners(p, x, y, lattice, others);
+        return !take_mean(l, pixel, others);
+    }
+    if (p->mask[pixel] > 0)
+        return !between;
+    for (int c = 0; c < 3; c++)
+        l->diffuse[c][pixel] = l->glossy[c][pixel] = 0;
+    return false;
+}
+
+static void light_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct lighting *l = user;
     const struct lf_pixel_clues *p = l->pixels;
-    size_t others[4];
-    struct list list;
+    size_t lists[LF_SAMPLE_FAR + 1][RUN];
     for (uint32_t y = begin; y < end; y++)
         for (uint32_t x = 0; x < p->width; x += RUN) {
-            list.rough_count = list.smooth_count = 0;
-            for (uint32_t i = x; i < p->width && i < x + RUN; i++)
-                if (find_between(p, i, y, others) && !take_mean(l, (size_t)y * p->width + i, others))
-                    sort_in(p, (size_t)y * p->width + i, &list);
-            light_pixels(l, &list);
+            uint32_t counts[LF_SAMPLE_FAR + 1] = {0};
+            for (uint32_t i = x; i < p->width && i < x + RUN; i++) {
+                size_t pixel = (size_t)y * p->width + i;
+                if (!has_to_light(l, i, y))
+                    continue;
+                enum lf_sampling sampling = sampling_of(l, pixel);
+                lists[sampling][counts[sampling]++] = pixel;
+            }
+            for (int i = 0; i <= LF_SAMPLE_FAR; i++)
+                light_list(l, lists[i], counts[i], (enum lf_sampling)i);
         }
 }
 
 void lf_direct_view(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                     const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3])
 {
-    struct lighting lighting = {scene, pixels, light, diffuse, glossy};
-    ng_jobs_for(scene->jobs, pixels->height, ROWS, light_rows, &lighting);
-    ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &lighting);
+    bool many = lf_questions_of(lf_tracer_snapshot(scene->tracer)->light_count) == LF_ASK_FEW;
+    struct lighting l = {scene, pixels, light, diffuse, glossy, .coarsest = many ? 4 : 2};
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, light_rows, &l);
+    for (l.step = l.coarsest; l.step > 1; l.step /= 2)
+        ng_jobs_for(scene->jobs, pixels->height, ROWS, light_rows, &l);
 }

@@ -10,6 +10,7 @@
 
 // Nodes and weights of the Gauss-Legendre rules of 1, 2, 4, 8 and 16 points on [-1, 1], one after another.
 #define RULE_SAMPLES 16
+#define FAR_SAMPLES  4
 static const float rules[][2] = {
     {0, 2},
     {-0.577350269f, 1.000000000f},
@@ -130,10 +131,11 @@ static void bound_samples(struct lf_emitter *out)
     out->coarseness = least > 0 ? 2 / sqrtf(least) : 0;
 }
 
-// How many samples the first side has: so many that the spaces between them are as alike as may be.
-static uint32_t choose_rule(float width, float height)
+// How many of `count` samples the first side has: so many that the spaces between them are as alike as may
+// be.
+static uint32_t choose_rule(float width, float height, float count)
 {
-    float columns = 4, rows = RULE_SAMPLES / columns;
+    float columns = sqrtf(count), rows = columns;
     for (; rows > 1 && width * rows > 2 * height * columns; rows /= 2)
         columns *= 2;
     for (; columns > 1 && height * columns > 2 * width * rows; columns /= 2)
@@ -141,7 +143,9 @@ static uint32_t choose_rule(float width, float height)
     return (uint32_t)columns;
 }
 
-static void add_rule(const struct lf_light_clues *light, const float normal[3], struct lf_emitter *out)
+// Gauss points of a rectangle. `count`: 4 or 16.
+static void add_rule(const struct lf_light_clues *light, const float normal[3], uint32_t count,
+                     struct lf_emitter *out)
 {
     struct ng_light_surface surface;
     light->unit.type->surface(&light->unit, &surface);
@@ -149,17 +153,45 @@ static void add_rule(const struct lf_light_clues *light, const float normal[3], 
     float scale = 1 / light->space.radius, half[2];
     for (int i = 0; i < 2; i++)
         half[i] = 0.5f * sqrtf(lf_dot(side[i], side[i])) * scale;
-    uint32_t columns = choose_rule(half[0], half[1]), rows = RULE_SAMPLES / columns;
+    uint32_t columns = choose_rule(half[0], half[1], (float)count), rows = count / columns;
     out->coarseness = 4 * fmaxf(half[0] / (float)columns, half[1] / (float)rows);
-    for (uint32_t i = 0; i < RULE_SAMPLES; i++) {
+    out->sample_count = count;
+    for (uint32_t i = 0; i < count; i++) {
         const float *a = rule_of(columns)[i % columns], *b = rule_of(rows)[i / columns];
-        struct lf_light_sample *to = &out->samples[out->sample_count++];
+        struct lf_light_sample *to = &out->samples[i];
         lf_mad(out->center, side[0], 0.5f * a[0] * scale, to->position);
         lf_mad(to->position, side[1], 0.5f * b[0] * scale, to->position);
         memcpy(to->normal, normal, sizeof to->normal);
         lf_scale(out->radiance, out->area * a[1] * b[1] / 4, to->weight);
-        to->density = RULE_SAMPLES / out->area;
+        to->density = (float)count / out->area;
     }
+}
+
+// Four points of a disk, exact for cubic polynomials as those of a rectangle are.
+static void add_disk_rule(const struct lf_light_clues *light, const float normal[3], struct lf_emitter *out)
+{
+    struct ng_light_surface surface;
+    light->unit.type->surface(&light->unit, &surface);
+    float along = 0.5f / light->space.radius; // both ways, at sqrt(1/2) of the radius
+    out->sample_count = FAR_SAMPLES;
+    for (uint32_t i = 0; i < FAR_SAMPLES; i++) {
+        struct lf_light_sample *to = &out->samples[i];
+        lf_mad(out->center, &surface.matrix[0], i % 2 ? along : -along, to->position);
+        lf_mad(to->position, &surface.matrix[4], i / 2 ? along : -along, to->position);
+        memcpy(to->normal, normal, sizeof to->normal);
+        lf_scale(out->radiance, out->area / FAR_SAMPLES, to->weight);
+        to->density = FAR_SAMPLES / out->area;
+    }
+}
+
+static void make_far(struct lf_light_clues *light)
+{
+    struct lf_emitter *out = &light->far_emitter;
+    *out = light->emitter;
+    if (out->kind == LF_EMITTER_RECTANGLE)
+        add_rule(light, out->normal, FAR_SAMPLES, out);
+    else if (out->kind == LF_EMITTER_DISK)
+        add_disk_rule(light, out->normal, out);
 }
 
 void lf_emitter_make(struct lf_light_clues *light)
@@ -168,6 +200,7 @@ void lf_emitter_make(struct lf_light_clues *light)
     struct lf_emitter *out = &light->emitter;
     struct ng_light_sample samples[LF_LIGHT_SAMPLES];
     *out = (struct lf_emitter){.skin = light->skin / light->space.radius};
+    light->far_emitter = *out;
     light->needs_brdf_rays = false;
     if (!(light->phi > 0))
         return; // dark, but not by its brightness: no samples
@@ -184,9 +217,10 @@ void lf_emitter_make(struct lf_light_clues *light)
     ng_light_vpls(&light->unit, count, samples);
     memcpy(out->normal, samples[0].normal, sizeof out->normal);
     if (out->kind == LF_EMITTER_RECTANGLE)
-        add_rule(light, samples[0].normal, out);
+        add_rule(light, samples[0].normal, RULE_SAMPLES, out);
     for (uint32_t i = 0; i < count && out->kind != LF_EMITTER_RECTANGLE; i++)
         add_sample(light, &samples[i], count, out);
     if (out->kind == LF_EMITTER_SURFACE)
         bound_samples(out);
+    make_far(light);
 }

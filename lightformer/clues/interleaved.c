@@ -188,3 +188,32 @@ void lf_interleaved_filter(const struct lf_clues_scene *scene, const struct lf_p
     lf_interleaved_collect(scene, pixels, rays);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, average_rows, &average);
 }
+
+// ---- edges -----------------------------------------------------------------------------------------------
+
+struct owning {
+    const struct lf_pixel_clues *pixels;
+    const struct lf_interleaved *rays;
+    float own, *out;
+};
+
+static void own_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct owning *o = user;
+    const struct lf_pixel_clues *p = o->pixels;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < p->width; x++) {
+            size_t i = (size_t)y * p->width + x;
+            if (p->relief.items[i] & LF_EDGE && o->rays->weight[i] > 0 &&
+                lf_interleaved_found(p, o->rays, x, y) == (LF_FOUND_LIT | LF_FOUND_HIDDEN))
+                o->out[i] += o->own * (o->rays->part[i] - o->out[i]);
+        }
+}
+
+void lf_interleaved_own_at_edges(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                                 const struct lf_interleaved *rays, float own, float *out)
+{
+    struct owning owning = {pixels, rays, own, out};
+    ng_jobs_for(scene->jobs, pixels->height, ROWS, own_rows, &owning);
+}

@@ -81,6 +81,16 @@ unsigned lf_interleaved_found(const struct lf_pixel_clues *pixels, const struct 
 void lf_interleaved_filter(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                            const struct lf_interleaved *rays, bool specular, float *out);
 
+// At edges few neighbours are alike, and what these found is another surface's, or a neighbour's alone: of
+// pixels in doubt there that asked, `own` of the answer is what they found themselves. After
+// lf_interleaved_filter, which leaves `out`.
+void lf_interleaved_own_at_edges(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                                 const struct lf_interleaved *rays, float own, float *out);
+
+#define LF_EDGE_RAYS     3    // more that pixels in doubt at edges cast
+#define LF_OWN_PART      0.8f // of what pixels at edges found by these
+#define LF_OWN_PART_ONCE 0.5f // of what they found by one
+
 NG_EXTERN_C_END
 
 #endif

@@ -62,12 +62,14 @@ static void see(const struct lf_shading_points *p, struct surface *s)
     }
 }
 
-static void make_frames(const float normal[3][LF_LANES], float tangent[3][LF_LANES],
-                        float bitangent[3][LF_LANES])
+static void make_frames(const float axis[3][LF_LANES], const float toward[3][LF_LANES],
+                        float tangent[3][LF_LANES], float bitangent[3][LF_LANES])
 {
     LANES
     {
-        const struct lf_frame frame = lf_frame_around(normal[0][i], normal[1][i], normal[2][i]);
+        const struct lf_frame frame =
+            lf_frame_toward((const float[3]){axis[0][i], axis[1][i], axis[2][i]},
+                            (const float[3]){toward[0][i], toward[1][i], toward[2][i]});
         for (int c = 0; c < 3; c++) {
             tangent[c][i] = frame.tangent[c];
             bitangent[c][i] = frame.bitangent[c];
@@ -166,7 +168,7 @@ static void find_caps(const struct lf_emitter *emitter, const struct lf_shading_
         cap->axis[1][i] = to.y;
         cap->axis[2][i] = to.z;
     }
-    make_frames(cap->axis, cap->tangent, cap->bitangent);
+    make_frames(cap->axis, p->normal, cap->tangent, cap->bitangent);
 }
 
 // Uniform over the cap; `u` as lf_brdf_samples.
@@ -550,7 +552,7 @@ ALWAYS void light_surfaces(const struct lf_emitter *emitter, const struct lf_sha
         add_light_samples(emitter, p, &s, brdf_samples, cosine_samples, near, &sums);
     }
     if (emitter->kind >= LF_EMITTER_RECTANGLE) {
-        make_frames(p->normal, s.tangent, s.bitangent);
+        make_frames(p->normal, p->view, s.tangent, s.bitangent);
         if (cosine_samples > 0 && emitter->kind != LF_EMITTER_SURFACE)
             add_cosine_samples(emitter, p, &s, brdf_samples, near, &sums);
         if (brdf_samples > 0)
@@ -703,7 +705,7 @@ static void aim(const struct lf_emitter *light, const struct lf_shading_points *
     struct reflection r;
     float target[3][LF_LANES];
     see(p, &s);
-    make_frames(p->normal, s.tangent, s.bitangent);
+    make_frames(p->normal, p->view, s.tangent, s.bitangent);
     reflect_each(p, &s, u, &r);
     if (light->kind == LF_EMITTER_SPHERE)
         nearest_of_sphere(light, p, &r, target);

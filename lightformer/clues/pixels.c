@@ -55,7 +55,8 @@ static ng_result lay_out(struct lf_pixel_clues *p)
     size_t count = (size_t)p->width * p->height;
     LF_PART(float) all;
     if (!lf_take(&p->memory[LF_PIXEL_PLANES_PART], &all, LF_PIXEL_PLANES * (count + LF_PLANE_GAP)) ||
-        !lf_take(&p->memory[LF_PIXEL_PLANES_PART], &p->relief, count))
+        !lf_take(&p->memory[LF_PIXEL_PLANES_PART], &p->relief, count) ||
+        !lf_take(&p->memory[LF_PIXEL_PLANES_PART], &p->between, count))
         return ng_out_of_memory("the inputs of a picture");
     struct layout l = {.out = p, .next = all.items, .count = count};
     set_planes(&l, &p->mask, 1);
@@ -70,6 +71,8 @@ static ng_result lay_out(struct lf_pixel_clues *p)
     set_planes(&l, &p->reflection_nearness, 1);
     set_planes(&l, &p->reflection_missed, 1);
     set_planes(&l, p->reflection_albedo, 3);
+    set_planes(&l, p->gathered_albedo, 3);
+    set_planes(&l, &p->gathered_missed, 1);
     assert(l.plane == LF_PIXEL_PLANES);
     set_value(p, LF_INPUT_PIXEL_MASK, p->mask);
     set_value(p, LF_INPUT_PIXEL_POSITION, p->position[0]);
@@ -236,6 +239,53 @@ static void find_relief_of_rows(void *user, uint32_t begin, uint32_t end, uint32
             find_relief(p, y, x, p->width - x < RELIEF_RUN ? p->width : x + RELIEF_RUN);
 }
 
+// ---- between pixels --------------------------------------------------------------------------------------
+
+#define LATTICE        4    // the coarsest
+#define NARROW         0.2f // roughness of lobes that may look different from one pixel to the next
+#define SAME_ROUGHNESS 0.02f
+#define SAME_F0        1e-3f
+#define LEAST_ALBEDO   1e-3f // by which light is divided
+#define ONE_PLANE      0.95f // bilateral weight
+
+// Whether what another pixel reflects says what this one does, but for its albedo. Relief says that of those
+// that touch.
+static bool speaks_for(const struct lf_pixel_clues *p, size_t other, size_t pixel, uint32_t lattice)
+{
+    bool alike = !(p->relief.items[other] & LF_BENT) &&
+                 fabsf(p->roughness[other] - p->roughness[pixel]) < SAME_ROUGHNESS;
+    for (int c = 0; c < 3; c++)
+        alike = alike && p->diffuse[c][other] > LEAST_ALBEDO &&
+                fabsf(p->specular[c][other] - p->specular[c][pixel]) < SAME_F0;
+    return alike && (lattice == 2 || lf_bilateral_weight(p, pixel, other) > ONE_PLANE);
+}
+
+// Each pixel but those of the coarsest lattice is in the middle of two or four of one.
+static uint32_t lattice_around(const struct lf_pixel_clues *p, uint32_t x, uint32_t y)
+{
+    uint32_t lattice = 2;
+    size_t pixel = (size_t)y * p->width + x, corners[4];
+    while (lattice <= LATTICE && x % lattice == 0 && y % lattice == 0)
+        lattice *= 2;
+    if (lattice > LATTICE || p->relief.items[pixel] & LF_BENT || p->roughness[pixel] < NARROW ||
+        x + x % lattice >= p->width || y + y % lattice >= p->height)
+        return 0;
+    lf_pixel_corners(p, x, y, lattice, corners);
+    bool alike = true;
+    for (int k = 0; k < 4; k++)
+        alike = alike && speaks_for(p, corners[k], pixel, lattice);
+    return alike ? lattice : 0;
+}
+
+static void find_between(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    struct lf_pixel_clues *p = user;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < p->width; x++)
+            p->between.items[(size_t)y * p->width + x] = (unsigned char)lattice_around(p, x, y);
+}
+
 // ---- the grid --------------------------------------------------------------------------------------------
 
 float lf_bilateral_weight(const struct lf_pixel_clues *p, size_t pixel, size_t other)
@@ -304,14 +354,20 @@ ng_result lf_pixels_read(const struct lf_clues_scene *scene, const struct lf_clu
     out->reflection_rays = params->reflection_rays;
     out->space = lf_space_of(snapshot);
     out->misses = false;
+    out->surfaces = 0;
     memset(&out->values, 0, sizeof out->values);
     out->eye = ng_camera_eye_of(&snapshot->camera);
     NG_TRY(begin_memory(out));
     NG_TRY(lay_out(out));
     ng_jobs_for(scene->jobs, (uint32_t)(((size_t)out->width * out->height + RUN - 1) / RUN), 16, read_runs,
                 &reading);
+    for (size_t i = 0; i < (size_t)out->width * out->height; i++)
+        out->surfaces += out->mask[i] > 0;
     ng_jobs_for(scene->jobs, out->height, ROWS, find_relief_of_rows, out);
-    bool gridded =
-        lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RSM) || lf_clues_wants(scene, LF_INPUT_PIXEL_GATHERED);
+    ng_jobs_for(scene->jobs, out->height, ROWS, find_between, out);
+    bool gridded = lf_clues_wants(scene, LF_INPUT_VIEW_IRRADIANCE_RSM) ||
+                   lf_clues_wants(scene, LF_INPUT_PIXEL_GATHERED) ||
+                   lf_clues_wants(scene, LF_INPUT_PIXEL_GATHERED_ALBEDO) ||
+                   lf_clues_wants(scene, LF_INPUT_PIXEL_GATHERED_MISSED);
     return gridded ? connect_to_grid(scene, out) : NG_OK;
 }

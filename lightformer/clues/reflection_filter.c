@@ -39,7 +39,7 @@ static void find_sights(void *user, uint32_t begin, uint32_t end, uint32_t worke
             view[c] = p->view[c][pixel];
         }
         lf_mirror_direction(view, normal, out->direction);
-        out->distance = 1 / lf_max(p->reflection_nearness[pixel], 1e-6f) - 1;
+        out->distance = (1 / lf_max(p->reflection_nearness[pixel], 1e-6f) - 1) * p->distance[pixel];
     }
 }
 

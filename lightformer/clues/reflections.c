@@ -32,7 +32,9 @@ static enum lf_reflection_kind find_kind(const struct lf_pixel_clues *p, size_t 
         return LF_REFLECTION_NONE;
     if (f0 > LF_METAL)
         return LF_REFLECTION_METAL;
-    return p->roughness[pixel] < LF_SMOOTH ? LF_REFLECTION_GLOSS : LF_REFLECTION_NONE;
+    if (!(p->roughness[pixel] < LF_SMOOTH))
+        return LF_REFLECTION_NONE;
+    return p->relief.items[pixel] & LF_EDGE ? LF_REFLECTION_EDGE : LF_REFLECTION_GLOSS;
 }
 
 static void find_kinds_of_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -50,6 +52,63 @@ static ng_result find_kinds(const struct lf_clues_scene *scene, struct lf_pixel_
         return ng_out_of_memory("the reflections of a picture");
     ng_jobs_for(scene->jobs, p->height, ROWS, find_kinds_of_rows, p);
     return NG_OK;
+}
+
+// ---- between pixels --------------------------------------------------------------------------------------
+
+// Whether it shows what those around it do, which are of one plane and roughness with it.
+static bool is_between(const struct lf_pixel_clues *p, uint32_t x, uint32_t y)
+{
+    size_t pixel = (size_t)y * p->width + x, corners[4];
+    if (p->between.items[pixel] != 2 || p->reflections.kinds.items[pixel] != LF_REFLECTION_GLOSS)
+        return false;
+    lf_pixel_corners(p, x, y, 2, corners);
+    bool alike = true;
+    for (int k = 0; k < 4; k++)
+        alike = alike && p->reflections.kinds.items[corners[k]] == LF_REFLECTION_GLOSS;
+    return alike;
+}
+
+// Even pixels alone decide for others, and never are between: rows do not wait for each other.
+static void find_between_of_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    struct lf_pixel_clues *p = user;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < p->width; x++)
+            if (is_between(p, x, y))
+                p->reflections.kinds.items[(size_t)y * p->width + x] = LF_REFLECTION_BETWEEN;
+}
+
+struct filling {
+    const struct lf_pixel_clues *pixels;
+    float *const *planes;
+    uint32_t channels;
+};
+
+static void fill_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    NG_UNUSED(worker);
+    const struct filling *f = user;
+    const struct lf_pixel_clues *p = f->pixels;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < p->width; x++) {
+            size_t pixel = (size_t)y * p->width + x, at[4];
+            if (p->reflections.kinds.items[pixel] != LF_REFLECTION_BETWEEN)
+                continue;
+            lf_pixel_corners(p, x, y, 2, at);
+            for (uint32_t c = 0; c < f->channels; c++) {
+                const float *plane = f->planes[c];
+                f->planes[c][pixel] = 0.25f * (plane[at[0]] + plane[at[1]] + plane[at[2]] + plane[at[3]]);
+            }
+        }
+}
+
+static void fill_between(const struct lf_clues_scene *scene, const struct lf_pixel_clues *p,
+                         uint32_t channels, float *const planes[])
+{
+    struct filling f = {p, planes, channels};
+    ng_jobs_for(scene->jobs, p->height, ROWS, fill_rows, &f);
 }
 
 // ---- rays ------------------------------------------------------------------------------------------------
@@ -319,11 +378,11 @@ static ng_result connect(const struct cast *cast)
     struct lf_memory *memory = &p->memory[LF_PIXEL_REFLECTIONS];
     size_t count = 0;
     for (size_t i = 0; m->hits.count && i < m->kinds.count; i++)
-        count += m->kinds.items[i] != LF_REFLECTION_NONE;
+        count += m->kinds.items[i] < LF_REFLECTION_KINDS;
     if (!lf_take(memory, &m->taps, count) || !lf_take(memory, &m->tap_at, m->kinds.count))
         return ng_out_of_memory("the reflections of a picture");
     for (size_t i = 0, next = 0; next < count; i++)
-        if (m->kinds.items[i] != LF_REFLECTION_NONE) {
+        if (m->kinds.items[i] < LF_REFLECTION_KINDS) {
             m->tap_at.items[i] = (uint32_t)next;
             m->taps.items[next++].pixel = (uint32_t)i;
         }
@@ -424,7 +483,7 @@ static ng_result fill_pixels(const struct lf_clues_scene *scene, struct lf_pixel
     for (size_t i = 0; i < m->hits.count; i++) {
         const struct lf_secondary_hit *hit = &m->hits.items[i];
         float *seen = m->seen.items + i * PIXEL_STRIDE;
-        seen[0] = hit->met ? 1 / (1 + hit->distance) : 0;
+        seen[0] = hit->met ? lf_finite(1 / (1 + hit->distance / p->distance[hit->pixel])) : 0;
         lf_mad(hit->albedo, hit->f0, 1, seen + 1);
         seen[MISSED] = hit->met ? 0 : 1;
         p->misses = p->misses || !hit->met;
@@ -438,27 +497,30 @@ static ng_result fill_pixels(const struct lf_clues_scene *scene, struct lf_pixel
     spread(scene, &s);
     NG_TRY(lf_reflection_filter_find(scene, p));
     lf_reflection_filter_apply(scene, p, PIXEL_CHANNELS, m->seen.items, s.planes);
+    fill_between(scene, p, PIXEL_CHANNELS, s.planes);
     p->values.of[LF_INPUT_PIXEL_REFLECTION_NEARNESS] = p->reflection_nearness;
     p->values.of[LF_INPUT_PIXEL_REFLECTION_MISSED] = p->misses ? p->reflection_missed : NULL;
     p->values.of[LF_INPUT_PIXEL_REFLECTION_ALBEDO] = p->reflection_albedo[0];
     return NG_OK;
 }
 
-ng_result lf_reflections_cast(const struct lf_clues_scene *scene, uint32_t budget, struct lf_pixel_clues *out)
+ng_result lf_reflections_cast(const struct lf_clues_scene *scene, float focal, uint32_t budget,
+                              struct lf_pixel_clues *out)
 {
-    const struct ng_camera_eye eye = ng_camera_eye_of(&lf_tracer_snapshot(scene->tracer)->camera);
-    struct cast cast = {.scene = scene, .pixels = out};
+    struct cast cast = {.scene = scene, .pixels = out, .focal = focal};
     struct lf_reflections *m = &out->reflections;
     if (!wants_any(scene))
         return NG_OK;
-    cast.focal = lf_finite((float)out->height / (2 * tanf(eye.fov_y / 2)));
     if (!lf_take(&out->memory[LF_PIXEL_REFLECTIONS], &m->hits, 2 * lf_reflection_rays_at_most(out)))
         return ng_out_of_memory("the reflections of a picture");
     m->hits.count = 0; // every ray may go on once
     lf_brdf_spiral(LF_INTERLEAVE_DIRECTIONS, cast.spiral);
     NG_TRY(find_kinds(scene, out));
     NG_TRY(choose_pixels(LF_REFLECTION_METAL, budget - budget / 4, out)); // at least one each
+    NG_TRY(choose_pixels(LF_REFLECTION_EDGE, (uint32_t)lf_reflection_edge_budget(budget), out));
     NG_TRY(choose_pixels(LF_REFLECTION_GLOSS, (budget + 3) / 4, out));
+    if (m->lattices[LF_REFLECTION_GLOSS].spacing > 1) // or pixels between would have rays of their own
+        ng_jobs_for(scene->jobs, out->height, ROWS, find_between_of_rows, out);
     if (!lf_take(&out->memory[LF_PIXEL_REFLECTIONS], &m->rays, m->hits.count))
         return ng_out_of_memory("the reflections of a picture");
     ng_jobs_for(scene->jobs, (uint32_t)m->hits.count, 64, cast_from_pixels, &cast);
@@ -492,4 +554,5 @@ void lf_reflections_spread(const struct lf_clues_scene *scene, const struct lf_p
     add_reflections(&pixels->reflections, seen);
     spread(scene, &s);
     lf_reflection_filter_apply(scene, pixels, 3, scratch, out);
+    fill_between(scene, pixels, 3, out);
 }

@@ -41,6 +41,7 @@ static void sum_grid(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 struct spreading {
     const struct lf_pixel_clues *pixels;
     const float *grid;
+    uint32_t channels;
     float *const *out;
 };
 
@@ -56,7 +57,7 @@ static void spread(void *user, uint32_t begin, uint32_t end, uint32_t worker)
         for (size_t x = 0; x < p->width; x++) {
             size_t column = x / LF_GRID_STEP, right = column + (column + 1 < p->grid_width);
             const float *w = p->grid_taps.items[y * p->width + x].weight;
-            for (size_t c = 0; c < 3; c++) {
+            for (size_t c = 0; c < s->channels; c++) {
                 const float *from = grid + c * n;
                 s->out[c][y * p->width + x] =
                     w[0] * from[row * p->grid_width + column] + w[1] * from[row * p->grid_width + right] +
@@ -67,9 +68,9 @@ static void spread(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 }
 
 void lf_grid_spread(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
-                    const float *grid, float *const out[3])
+                    const float *grid, uint32_t channels, float *const out[])
 {
-    struct spreading s = {pixels, grid, out};
+    struct spreading s = {pixels, grid, channels, out};
     ng_jobs_for(scene->jobs, pixels->height, 8, spread, &s);
 }
 
@@ -97,7 +98,7 @@ ng_result lf_rsm_gather(const struct lf_clues_scene *scene, const struct lf_pixe
     if (!lf_take(&light->memory[LF_LIGHT_VIEW], &light->grid, 3 * lf_grid_points(pixels)))
         return ng_out_of_memory("the view of a light");
     ng_jobs_for(scene->jobs, pixels->grid_height, 1, sum_grid, &sum);
-    lf_grid_spread(scene, pixels, light->grid.items, out);
+    lf_grid_spread(scene, pixels, light->grid.items, 3, out);
     ng_jobs_for(scene->jobs, (uint32_t)((pixels->alone.count + LF_LANES - 1) / LF_LANES), 4, sum_alone, &sum);
     return NG_OK;
 }

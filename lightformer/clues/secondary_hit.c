@@ -128,9 +128,12 @@ static void light_lanes(const struct lighting *l, size_t first)
     float indirect[3][LF_LANES];
     for (size_t i = 0; i < LF_LANES; i++)
         set_lane(&hits[i < count ? i : 0], (int)i, &points);
-    lf_direct_at(l->scene, l->light, &points, (uint32_t)count, false, &lit);
-    lf_kernels_of(0)->rsm_gather(l->light->sources.items, (uint32_t)l->light->sources.count, &points,
-                                 indirect);
+    bool far = true;
+    for (size_t i = 0; i < count; i++)
+        far = far && (!hits[i].met || lf_direct_is_far(l->light, hits[i].position, hits[i].normal));
+    lf_direct_at(l->scene, l->light, &points, (uint32_t)count, far ? LF_SAMPLE_FAR : LF_SAMPLE_LIGHT, &lit);
+    lf_kernels_of(0)->rsm_gather(l->light->sources_of_hits.items, (uint32_t)l->light->sources_of_hits.count,
+                                 &points, indirect);
     for (size_t i = 0; i < count; i++) {
         float *out = l->out + (first + i) * LF_HIT_CHANNELS, lit_sum = 0;
         float f0 =

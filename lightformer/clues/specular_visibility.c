@@ -3,7 +3,8 @@
 // highlight is gone, however bright it would have been. So where glossy light counts, rays go to the parts of
 // the light that directions of the BRDF come nearest to: a quarter of sixteen, another one in each of four
 // neighbours; and where neighbours found different things, which are few, all sixteen. Of many lights a
-// quarter of the pixels asks first, and in doubt all ask a quarter.
+// quarter of the pixels asks first, and in doubt all ask a quarter. In doubt at edges pixels ask all
+// quarters, and listen to themselves first.
 #include "lightformer/clues/clues_internal.h"
 
 #include <string.h>
@@ -142,15 +143,22 @@ static bool is_doubtful(const struct search *s, uint32_t x, uint32_t y)
            counts(s, (size_t)y * s->pixels->width + x);
 }
 
-// In doubt a pixel that has not asked does; of what is all around, where one direction says little of
-// another, it asks all quarters.
+// Of what is all around one direction says little of another, and at edges one pixel of another.
+static bool asks_all(const struct search *s, size_t pixel)
+{
+    return s->light->unit.type->infinite ||
+           (s->questions == LF_ASK_ALL && s->pixels->relief.items[pixel] & LF_EDGE);
+}
+
+// In doubt a pixel that has not asked does.
 static void ask_more(const struct search *s, struct asking *asking, uint32_t x, uint32_t y)
 {
-    bool asked = asks_first(s, x, y), all = s->light->unit.type->infinite;
+    size_t pixel = (size_t)y * s->pixels->width + x;
+    bool asked = asks_first(s, x, y), all = asks_all(s, pixel);
     for (uint32_t quarter = 0; quarter < QUARTERS; quarter++) {
         bool own = quarter == quarter_of(x, y);
         if (own ? !asked : all)
-            ask_quarter(asking, (size_t)y * s->pixels->width + x, quarter);
+            ask_quarter(asking, pixel, quarter);
     }
 }
 
@@ -168,7 +176,7 @@ static void refine_row(const struct search *s, uint32_t y)
     for (uint32_t x = 0; x < s->pixels->width; x++)
         if (weight[x] > 0 && is_doubtful(s, x, y)) {
             part[x] /= weight[x];
-            weight[x] /= s->light->unit.type->infinite ? QUARTERS : 1; // counts no more among its neighbours
+            weight[x] /= asks_all(s, first + x) ? QUARTERS : 1; // counts no more among its neighbours
         }
 }
 
@@ -224,5 +232,8 @@ void lf_specular_visibility_find(const struct lf_clues_scene *scene, const struc
     if (s.questions != LF_ASK_FEW)
         ng_jobs_for(scene->jobs, pixels->height, ROWS, refine_rows, &s);
     lf_interleaved_filter(scene, pixels, rays, true, out);
+    if (!light->unit.type->infinite)
+        lf_interleaved_own_at_edges(scene, pixels, rays,
+                                    s.questions == LF_ASK_ALL ? LF_OWN_PART : LF_OWN_PART_ONCE, out);
     ng_jobs_for(scene->jobs, pixels->height, ROWS, fill_rows, &s);
 }

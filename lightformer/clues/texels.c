@@ -227,8 +227,10 @@ static ng_result write_rows(struct lf_light_clues *light)
 
 // ---- the second bounce -----------------------------------------------------------------------------------
 
-// A block of texels as one source: the flux of all, at the texel with which half of it is found.
-static void add_block(struct lf_light_clues *light, uint32_t view, uint32_t x0, uint32_t y0, uint32_t side)
+// A block of texels as one source: the flux of all, at the texel with which half of it is found. False if
+// there is none.
+static bool find_source(const struct lf_light_clues *light, uint32_t view, uint32_t x0, uint32_t y0,
+                        uint32_t side, struct lf_rsm_source *out)
 {
     struct lf_rsm_source source = {.area = 0};
     const struct lf_texel *first = &light->texels.items[view * TEXELS + y0 * SIDE + x0], *middle = NULL;
@@ -245,21 +247,34 @@ static void add_block(struct lf_light_clues *light, uint32_t view, uint32_t x0, 
         middle = is_row(t) ? t : middle;
     }
     if (!middle)
-        return;
+        return false;
     memcpy(source.position, middle->position, sizeof source.position);
     memcpy(source.normal, middle->normal, sizeof source.normal);
-    light->sources.items[light->sources.count++] = source;
+    *out = source;
+    return true;
 }
 
-// 64 blocks of each view; 256 where there is one view alone.
+// Blocks of `side` texels each way. Returns how many are sources.
+static uint32_t find_sources(const struct lf_light_clues *light, uint32_t side, struct lf_rsm_source *out)
+{
+    uint32_t blocks = SIDE / side, count = 0;
+    for (uint32_t i = 0; i < light->view_count * blocks * blocks; i++)
+        count += find_source(light, i / (blocks * blocks), i % blocks * side, i / blocks % blocks * side,
+                             side, &out[count]);
+    return count;
+}
+
+// 64 blocks of each view; 256 where there is one view alone. A quarter as many for where rays end, of which
+// many are averaged.
 static ng_result group_texels(struct lf_light_clues *light)
 {
     uint32_t side = light->view_count > 1 ? 8 : 4, blocks = SIDE / side;
-    if (!lf_take(&light->memory[LF_LIGHT_RSM], &light->sources, (size_t)light->view_count * blocks * blocks))
+    size_t most = (size_t)light->view_count * blocks * blocks;
+    struct lf_memory *memory = &light->memory[LF_LIGHT_RSM];
+    if (!lf_take(memory, &light->sources, most) || !lf_take(memory, &light->sources_of_hits, most / 4))
         return ng_out_of_memory("the texels of a light");
-    light->sources.count = 0;
-    for (uint32_t i = 0; i < light->view_count * blocks * blocks; i++)
-        add_block(light, i / (blocks * blocks), i % blocks * side, i / blocks % blocks * side, side);
+    light->sources.count = find_sources(light, side, light->sources.items);
+    light->sources_of_hits.count = find_sources(light, 2 * side, light->sources_of_hits.items);
     return NG_OK;
 }
 

@@ -1,8 +1,8 @@
 // How much of the light a pixel sees: a ray to one of sixteen direct VPLs, another one for each pixel of a
 // block (interleaved sampling), weighed by what that VPL would bring. Of one or two lights all pixels ask;
 // where neighbours found different things, in penumbrae, they do once more, other VPLs, so that a block
-// has 32. Of more lights a quarter asks, and those at edges. Rays of pixels with the same VPL run side by
-// side.
+// has 32. Of more lights a quarter asks, and those at edges. There few neighbours are alike, so pixels in
+// doubt ask more, and listen to themselves first. Rays of pixels with the same VPL run side by side.
 #include "lightformer/clues/clues_internal.h"
 
 #include <string.h>
@@ -19,7 +19,12 @@ struct search {
     enum lf_questions questions;
 };
 
-enum round { FIRST, OTHERS, AGAIN };
+enum round { FIRST, OTHERS, AGAIN, AT_EDGES, ROUNDS = AT_EDGES + LF_EDGE_RAYS };
+
+static bool is_at_edge(const struct search *s, uint32_t x, uint32_t y)
+{
+    return s->pixels->relief.items[(size_t)y * s->pixels->width + x] & LF_EDGE;
+}
 
 static bool is_in_doubt(const struct search *s, uint32_t x, uint32_t y)
 {
@@ -27,14 +32,16 @@ static bool is_in_doubt(const struct search *s, uint32_t x, uint32_t y)
 }
 
 // After the first round those ask where steps would show.
-static bool asks(const struct search *s, uint32_t x, uint32_t y, enum round round)
+static bool asks(const struct search *s, uint32_t x, uint32_t y, uint32_t round)
 {
     const struct lf_pixel_clues *p = s->pixels;
     if (!(p->mask[(size_t)y * p->width + x] > 0))
         return false;
     if (round == FIRST)
         return s->questions == LF_ASK_ALL || lf_interleaved_asks_first(p, x, y);
-    return (round == AGAIN || !lf_interleaved_asks_first(p, x, y)) && is_in_doubt(s, x, y);
+    bool again =
+        round >= AT_EDGES ? is_at_edge(s, x, y) : round == AGAIN || !lf_interleaved_asks_first(p, x, y);
+    return again && is_in_doubt(s, x, y);
 }
 
 // Pixels that sample the same VPL.
@@ -43,7 +50,7 @@ struct questions {
     uint32_t count;
 };
 
-static void collect(const struct search *s, uint32_t x, uint32_t y, enum round round,
+static void collect(const struct search *s, uint32_t x, uint32_t y, uint32_t round,
                     struct questions of_samples[])
 {
     const struct lf_pixel_clues *p = s->pixels;
@@ -59,20 +66,31 @@ static void collect(const struct search *s, uint32_t x, uint32_t y, enum round r
             }
 }
 
-// `round`: the last one asks sixteen other ones.
-static const struct ng_light_sample *vpl_of(const struct search *s, uint32_t sample, enum round round)
+// Once more, another sixteen; at edges those of the first that lie in other quarters of the light.
+static const struct ng_light_sample *vpl_of(const struct search *s, uint32_t sample, uint32_t round)
 {
-    uint32_t index = lf_interleave_order[sample] + (round == AGAIN ? SAMPLES : 0u);
+    uint32_t index = lf_interleave_order[sample];
+    if (round == AGAIN)
+        index += SAMPLES;
+    else if (round >= AT_EDGES)
+        index ^= round - AT_EDGES + 1;
     return &s->light->vpls.items[index % s->light->vpl_count];
 }
 
-// To the mean of a pixel's rays so far. A pixel that asked twice counts no more among its neighbours.
-static void add_answer(const struct search *s, size_t pixel, float weight, bool lit, enum round round)
+// Rays that a pixel has cast before a round.
+static float count_before(uint32_t round)
 {
-    float *sum = &s->rays->weight[pixel], *part = &s->rays->part[pixel];
-    float before = round == AGAIN ? *sum : 0, all = before + weight;
+    return round < AGAIN ? 0 : (float)(1 + round - AGAIN);
+}
+
+// To the mean of a pixel's rays so far. A pixel that asked more than once counts no more among its
+// neighbours.
+static void add_answer(const struct search *s, size_t pixel, float weight, bool lit, uint32_t round)
+{
+    float *mean = &s->rays->weight[pixel], *part = &s->rays->part[pixel];
+    float count = count_before(round), before = count * *mean, all = before + weight;
     *part = (*part * before + (lit ? weight : 0)) / all;
-    *sum = round == AGAIN && before > 0 ? all / 2 : all;
+    *mean = before > 0 ? all / (count + 1) : all;
 }
 
 // As the kernels take it.
@@ -129,7 +147,7 @@ static void set_points(const struct lf_pixel_clues *p, const size_t *pixels, uin
 }
 
 static void ask(const struct search *s, const size_t *pixels, uint32_t count,
-                const struct ng_light_sample *vpl, enum round round)
+                const struct ng_light_sample *vpl, uint32_t round)
 {
     const struct lf_light_sample source = sample_of(s, vpl);
     struct lf_shading_points points;
@@ -153,7 +171,7 @@ static void ask(const struct search *s, const size_t *pixels, uint32_t count,
             add_answer(s, pixels[i], aim.weight[i], !packet.met[i], round);
 }
 
-static void ask_rows(const struct search *s, uint32_t y, enum round round)
+static void ask_rows(const struct search *s, uint32_t y, uint32_t round)
 {
     struct questions of_samples[SAMPLES];
     for (uint32_t x = 0; x < s->pixels->width; x += COLUMNS) {
@@ -184,8 +202,11 @@ static void ask_in_doubt(void *user, uint32_t begin, uint32_t end, uint32_t work
 {
     NG_UNUSED(worker);
     const struct search *s = user;
+    bool all = s->questions == LF_ASK_ALL;
+    uint32_t last = all && !s->light->unit.type->infinite ? ROUNDS : AT_EDGES;
     for (uint32_t row = begin; row < end; row++)
-        ask_rows(s, row * ROWS, s->questions == LF_ASK_ALL ? AGAIN : OTHERS);
+        for (uint32_t round = all ? AGAIN : OTHERS; round < (all ? last : AGAIN); round++)
+            ask_rows(s, row * ROWS, round);
 }
 
 void lf_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
@@ -207,4 +228,7 @@ void lf_visibility_find(const struct lf_clues_scene *scene, const struct lf_pixe
         ng_jobs_for(scene->jobs, rows, 1, ask_in_doubt, &s);
     }
     lf_interleaved_filter(scene, pixels, rays, false, visibility);
+    if (!light->unit.type->infinite)
+        lf_interleaved_own_at_edges(scene, pixels, rays,
+                                    s.questions == LF_ASK_ALL ? LF_OWN_PART : LF_OWN_PART_ONCE, visibility);
 }

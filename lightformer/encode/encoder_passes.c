@@ -262,8 +262,7 @@ static void declare_buffers(struct ng_graph *g, struct lf_encoder_inputs *in)
     const struct lf_net_bytes net = lf_net_picture_bytes(self->params.executor, width, height);
     bool valid;
     for (int i = 0; i < LF_PIXEL_PARTS; i++)
-        if (i != LF_PIXEL_ARRIVING || self->reads & LF_ARRIVING_INPUTS)
-            in->pixels.parts[i] = persistent(g, "clues", parts[i], bytes.pixels[i], NULL);
+        in->pixels.parts[i] = persistent(g, "clues", parts[i], bytes.pixels[i], NULL);
     in->work.memory = ng_graph_persistent_buffer(
         g, "network/work",
         &(struct ng_graph_buffer_params){.size = at_least_a_line(net.work), .scratch = true}, &valid);
@@ -350,8 +349,6 @@ static void declare_pixel_clues(struct declaration *d)
 static void declare_arriving(struct declaration *d)
 {
     struct ng_graph_ref *arriving = &d->in->pixels.parts[LF_PIXEL_ARRIVING];
-    if (!arriving->id)
-        return;
     struct ng_pass *pass =
         add_pass(d, "clues:arriving", find_arriving, lf_encoder_powers_key(d->in->frame->snapshot));
     lf_read_pixels(pass, &d->in->pixels);

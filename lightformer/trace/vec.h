@@ -75,6 +75,25 @@ static inline struct lf_frame lf_frame_around(float x, float y, float z)
     return frame;
 }
 
+// The same, turned so that the tangent leads to the side of `toward`: as the world turns, so does the frame.
+// In that direction itself there is no such side.
+static inline struct lf_frame lf_frame_toward(const float axis[3], const float toward[3])
+{
+    struct lf_frame f = lf_frame_around(axis[0], axis[1], axis[2]);
+    float along = axis[0] * toward[0] + axis[1] * toward[1] + axis[2] * toward[2];
+    float x = toward[0] - axis[0] * along, y = toward[1] - axis[1] * along, z = toward[2] - axis[2] * along;
+    float square = x * x + y * y + z * z;
+    bool aside = square > 1e-8f;
+    float scale = 1 / sqrtf(aside ? square : 1);
+    f.tangent[0] = aside ? x * scale : f.tangent[0];
+    f.tangent[1] = aside ? y * scale : f.tangent[1];
+    f.tangent[2] = aside ? z * scale : f.tangent[2];
+    f.bitangent[0] = axis[1] * f.tangent[2] - axis[2] * f.tangent[1];
+    f.bitangent[1] = axis[2] * f.tangent[0] - axis[0] * f.tangent[2];
+    f.bitangent[2] = axis[0] * f.tangent[1] - axis[1] * f.tangent[0];
+    return f;
+}
+
 // `local`: along tangent, bitangent and normal.
 static inline void lf_frame_to_world(const struct lf_frame *frame, const float local[3], float out[3])
 {

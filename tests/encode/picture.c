@@ -136,6 +136,12 @@ const float *picture_view(const struct picture *p, uint32_t light, enum lf_net_i
     return lf_light_clues_values(p->light[light])->of[input] + (size_t)channel * p->width * p->height;
 }
 
+float picture_unit(const struct picture *p, uint32_t light)
+{
+    return *lf_light_clues_values(p->light[light])->of[LF_INPUT_LIGHT_SHARE] *
+           *lf_pixel_clues_values(p->pixels)->of[LF_INPUT_FRAME_RADIANCE];
+}
+
 static uint64_t hash_values(const struct picture *p, const struct lf_net_values *values, uint32_t vpls,
                             uint32_t texels, bool apart_from_power, uint64_t hash)
 {

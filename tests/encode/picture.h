@@ -26,6 +26,8 @@ void picture_close(struct picture *p);
 // Plane `channel` of an input.
 const float *picture_pixels(const struct picture *p, enum lf_net_input input, uint32_t channel);
 const float *picture_view(const struct picture *p, uint32_t light, enum lf_net_input input, uint32_t channel);
+// What a light's radiance at unit power is multiplied by, W/(sr m2).
+float picture_unit(const struct picture *p, uint32_t light);
 
 // A hash of every input of the frame, or of those that do not hang on powers (`apart_from_power`). Fails
 // where a number is not finite.

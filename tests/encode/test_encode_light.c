@@ -34,7 +34,6 @@ static double error_of(const struct scene *s, const struct picture *p, uint32_t 
     float *truth = scene_render_layer(
         s, &(struct lf_reference_params){.width = SIZE, .height = SIZE, .depth = 2, .jobs = s->jobs}, spp,
         "unshadowed");
-    float unit = *lf_pixel_clues_values(p->pixels)->of[LF_INPUT_FRAME_RADIANCE];
     double mean = 0, error = 0;
     for (int i = 0; i < 3 * SIZE * SIZE; i++)
         mean += (double)truth[i] / (3 * SIZE * SIZE);
@@ -45,7 +44,7 @@ static double error_of(const struct scene *s, const struct picture *p, uint32_t 
             for (uint32_t l = 0; l < p->lights; l++)
                 ours += (double)((picture_view(p, l, LF_INPUT_VIEW_DIFFUSE, c)[i] +
                                   picture_view(p, l, LF_INPUT_VIEW_GLOSSY, c)[i]) *
-                                 *lf_light_clues_values(p->light[l])->of[LF_INPUT_LIGHT_SHARE] * unit);
+                                 picture_unit(p, l));
             ours /= mean;
             error += (ours - b) * (ours - b) / (b * b + 0.01) / (3 * SIZE * SIZE);
         }

@@ -32,7 +32,7 @@ def setUpModule() -> None:
 
 
 def trainer(name: str, steps: int = 3, **changes: object) -> Trainer:
-    settings = Settings("structured-small", steps=steps, batch=1, held_out=1, threads=1, **changes)
+    settings = Settings("lean", steps=steps, batch=1, held_out=1, threads=1, **changes)
     return Trainer(settings, Dataset([SCRATCH / "data"]), SCRATCH / f"{name}.safetensors", ROOT)
 
 
@@ -112,7 +112,7 @@ class Overwriting(unittest.TestCase):
         """Resuming ends in a file that was not there when the training began, or is its own."""
         outputs = interrupt("other")
         torch.manual_seed(1)
-        network_file.save(outputs.network, network_file.create("structured-small"), {"training": "of another"})
+        network_file.save(outputs.network, network_file.create("lean"), {"training": "of another"})
         self.refused("other", "safetensors: is there already", "--resume")
         self.assertEqual(command("other", "--resume", "--force")[0], 0)
 

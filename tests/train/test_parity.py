@@ -166,7 +166,7 @@ class Operations(Parity):
 
 class Families(Parity):
     def networks(self):
-        for preset in ("structured-small", "paper-small"):
+        for preset in ("lean", "structured-small", "paper-small"):
             for without in (frozenset(), *(frozenset([part]) for part in families.parts(preset))):
                 torch.manual_seed(5)
                 yield preset, without, network_file.create(preset, without)
@@ -187,7 +187,7 @@ class Families(Parity):
                     self.compare(network, values, kernel, FP32_BOUND)
 
     def test_bf16(self):
-        for preset in ("structured-small", "paper-small"):
+        for preset in ("lean", "structured-small", "paper-small"):
             torch.manual_seed(7)
             network = network_file.create(preset)
             values = frame(np.random.default_rng(7), 3, (40, 56))
@@ -211,7 +211,7 @@ class PlainForm(unittest.TestCase):
         from compare_torch import Plain
 
         values = join([frame(np.random.default_rng(9), 2, (17, 22))], [2])
-        for preset in ("structured-small", "paper-small"):
+        for preset in ("lean", "structured-small", "paper-small"):
             torch.manual_seed(9)
             network = network_file.create(preset)
             plain = Plain(network.checked, torch.float32)

@@ -99,9 +99,20 @@ class Presets(unittest.TestCase):
         for preset in ("structured-small", "structured"):
             self.assertFalse(absolute & set(program.check(families.build(preset)).inputs))
 
-    def test_structured_small_is_small(self):
-        cost = program.cost(program.check(families.build("structured-small")))
-        self.assertLess(cost.per_pixel(3), 50_000)
+    def test_lean_knows_no_length_and_no_direction(self):
+        """Vectors meet in products alone, which turn with nothing."""
+        checked = program.check(families.build("lean"))
+        vectors = {name for name in checked.inputs if name.endswith((".position", ".normal", ".view", ".direction"))}
+        self.assertEqual(vectors, {"pixel.normal", "pixel.view"})
+        for operation in checked.operations:
+            if vectors & set(operation["in"]):
+                self.assertEqual(operation["op"], "dot")
+        self.assertFalse({"pixel.distance", "view.distance", "view.occluder"} & set(checked.inputs))
+
+    def test_presets_for_cpus_are_small(self):
+        for preset, most in (("lean", 5_000), ("structured-small", 50_000)):
+            cost = program.cost(program.check(families.build(preset)))
+            self.assertLess(cost.per_pixel(3), most)
 
     def test_unknown_parts_are_named(self):
         with self.assertRaisesRegex(ValueError, 'no part "ears"'):

@@ -44,7 +44,7 @@ def parse() -> argparse.Namespace:
     add = parser.add_argument
     add("data", nargs="+", type=Path, metavar="DATA", help="folder of a data set")
     add("-o", "--output", type=Path, required=True, metavar="OUT.safetensors", help="the network")
-    add("--preset", default="structured-small", choices=families.PRESETS, help="default %(default)s; program.py tells")
+    add("--preset", default="lean", choices=families.PRESETS, help="default %(default)s; program.py tells")
     add("--without", nargs="+", default=[], metavar="PART", help="parts to leave out; program.py PRESET lists them")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--minutes", type=positive, default=Settings.minutes, help="default %(default)s")

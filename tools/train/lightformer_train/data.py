@@ -26,16 +26,15 @@ VECTORS = {name for name in INPUTS if name.rpartition(".")[2] in ("position", "o
 NEITHER = {"light.kind"}
 # What the radius R of the scene is in: divided by it, by its square, or multiplied by that.
 LENGTHS = {name for name in INPUTS if name.rpartition(".")[2] in ("position", "offset", "distance", "occluder")}
-POWERS = {"frame.radiance", "frame.mean_power", "light.power"}
-RADIANCES = {"view.diffuse", "view.glossy", "view.bounce", "pixel.mirror_light", "pixel.gathered"}
+POWERS = {"frame.mean_power", "light.power", "light.share"}
+RADIANCES = {"view.diffuse", "view.glossy", "view.bounce"}
 MIRROR = {name for name in INPUTS if "mirror" in name}
 
 
 def required_inputs(checked: Checked) -> frozenset[str]:
     """What a program reads, and what every training reads beside it."""
     found = frozenset(checked.inputs) | {"pixel.mask", "frame.radiance", "vpl.normal", "texel.normal"}
-    found |= {"light.share", "light.kind"}
-    return found | ({"pixel.mirror_missed"} if "pixel.mirror" in found else frozenset())
+    return found | {"light.share", "light.kind"}
 
 
 @dataclass(frozen=True)
@@ -185,8 +184,7 @@ def _load(
     wanted = {"vpl": options.vpls, "texel": options.texels}
     chosen = {name: _choose_rows(arrays, crop, name, count, random) for name, count in wanted.items()}
     part = {}
-    others = {"light.share", "frame.radiance"} | ({"pixel.mirror_missed"} if "pixel.mirror" in options.names else set())
-    for name in (*sorted(options.names | others), *TARGETS):
+    for name in (*sorted(options.names | {"light.share", "frame.radiance"}), *TARGETS):
         array = arrays[f"{crop.seed}/{name}"]
         domain = INPUTS[name].domain if name in INPUTS else "pixel"
         if domain in PICTURES:
@@ -219,9 +217,6 @@ def _divide_radius(part: dict[str, Tensor], by: float) -> None:
         part[name] *= by**2
     for name in RADIANCES & part.keys():
         part[name] /= by**2
-    if "pixel.mirror" in part:  # of 1 / (1 + distance) over the rays that meet something; exact where these are alike
-        near, met = part["pixel.mirror"], 1 - part["pixel.mirror_missed"]
-        part["pixel.mirror"] = met * near / (near + by * (met - near).clamp_min(0)).clamp_min(1e-6)
 
 
 _IDENTITY = np.arange(3), torch.ones(3), np.arange(3), 1

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from . import paper, structured
+from . import lean, paper, structured
 from .program import Operation
 
 
@@ -16,7 +16,8 @@ class Preset:
 
 
 PRESETS = {
-    "structured-small": Preset("structured", structured.Widths(), "the default: real time on CPUs"),
+    "lean": Preset("lean", lean.Widths(), "the default: real time on CPUs, in any scene"),
+    "structured-small": Preset("structured", structured.Widths(), "what neighbours, lights and directions tell, too"),
     "structured": Preset(
         "structured",
         structured.Widths(
@@ -49,7 +50,7 @@ PRESETS = {
     ),
 }
 
-FAMILIES = {"paper": paper, "structured": structured}
+FAMILIES = {"lean": lean, "paper": paper, "structured": structured}
 
 
 def parts(preset: str) -> dict[str, str]:

@@ -6,7 +6,8 @@ Eq. 8 of the paper: L1 of log(1 + x) on each component, plus a perceptual term o
   leave.
 - L1 learns the median of noisy targets, which is too dark where paths are rare. A squared error relative to our own
   value (Lehtinen et al. 2018, Noise2Noise, 4.1) learns the mean: (a - b)^2 / (stop(a)^2 + eps). It rules T_i, which has
-  little of L1, and the whole picture, which is what it is judged by.
+  little of L1, and the whole picture, which is what it is judged by. Where our value is far too bright, that would hide
+  its own fault: so it is the lesser one of ours and of the mean of the target around, which has little noise.
 """
 
 from collections.abc import Callable, Iterable
@@ -18,7 +19,8 @@ from torch import Tensor
 
 from .data import Batch
 
-EPSILON = 0.05  # where the mean is about 1: dark pixels count, but do not rule
+EPSILON = 0.02  # where the mean is about 1: dark pixels count, but do not rule
+AROUND = 5  # pixels each way of that mean
 LIMIT = 10.0  # relative errors, over which noise is likelier than a fault; 3 makes T_i 3 % too dark
 
 
@@ -77,7 +79,9 @@ class Loss:
 def relative_squared(ours: Tensor, reference: Tensor) -> Tensor:
     """Least, over noisy references, at their mean. Beyond LIMIT it rises in a straight line: one path that found a
     light by chance must not decide a step."""
-    error = (ours - reference).abs() / torch.sqrt(ours.detach() ** 2 + EPSILON)
+    around = F.avg_pool2d(reference, AROUND, stride=1, padding=AROUND // 2, count_include_pad=False)
+    scale = torch.minimum(ours.detach(), around)
+    error = (ours - reference).abs() / torch.sqrt(scale**2 + EPSILON)
     return torch.where(error < LIMIT, error**2, LIMIT * (2 * error - LIMIT))
 
 

@@ -12,10 +12,9 @@ Of each light k (unit power; shares weigh the sums over lights, so that all is l
                  + (F0 + b) * ((radiance + factor * bounce) * part of the lobe that meets something + gated mirror clue)
 
 Lengths are in units of the scene's radius R and positions relative to light or eye, so moving or scaling the whole
-scene changes nothing. R itself is absolute: UNIT, and whatever else is learned, hold for the ratio of R to the size of
-what is lit that the data have. Chess, whose ratio is always the same, loses T_i where R says more than the light does:
-6 % of it where R (scene_scale) is 1.3 times as large, 21 % where twice, 50 % where four times, two thirds where a pawn
-stands 12 m behind the closed wall. Scenes of other sizes want data with such ratios (train.py --radii draws them).
+scene changes nothing. R itself is absolute: whatever is learned of lengths holds for the ratio of R to the size of what
+is lit that the data have. Scenes of other sizes want data with such ratios (train.py --radii draws them). `lean` knows
+no lengths.
 """
 
 from dataclasses import dataclass
@@ -23,8 +22,7 @@ from dataclasses import dataclass
 from .builder import Builder
 from .program import Operation
 
-# Radiance of a lit room in units of frame.radiance is about a thirtieth; features are of order one.
-UNIT = 1 / 30
+UNIT = 1.0  # radiance in units of frame.radiance, the picture's own, is of order one, as features are
 
 PARTS = {
     "attention": "gates of each pixel on a light's indirect embedding (without: plain weighted mean)",
