@@ -334,8 +334,8 @@ static void turn(struct scene *s)
     ng_query_destroy(&query);
 }
 
-// No direction of a ray and no sample of a light follows the world's axes. Here and there a ray passes an edge on the
-// other side, and texels of the RSM, which are drawn by place, are others.
+// No direction of a ray and no sample of a light follows the world's axes. Here and there a ray passes an
+// edge on the other side, and texels of the RSM, which are drawn by place, are others.
 static void turning_does_not_matter(void **state)
 {
     NG_UNUSED(state);
@@ -343,7 +343,8 @@ static void turning_does_not_matter(void **state)
     struct picture p[2] = {{0}};
     for (int i = 0; i < 2; i++) {
         picture_dark_room(&s[i], 2);
-        scene_sphere(&s[i], (const float[3]){-1, -0.5f, 0.3f}, 0.5f, false, scene_material(&s[i], grey, 1, 0.2f));
+        scene_sphere(&s[i], (const float[3]){-1, -0.5f, 0.3f}, 0.5f, false,
+                     scene_material(&s[i], grey, 1, 0.2f));
         picture_panel(&s[i], 3, (const float[3]){0.71f, 1.42f, 0.03f});
         if (i)
             turn(&s[i]);
