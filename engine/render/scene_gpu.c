@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "graph/key.h"
 #include "render/camera.h"
+#include "render/copies.h"
 #include "render/passes.h"
 #include "render/subpixel.h"
 
@@ -14,12 +15,11 @@
 #include <string.h>
 
 struct draw_key {
-    uint64_t sort;      // textured or not, facing and mesh
-    uint64_t group;     // textures
-    uint32_t kind;      // enum kind
-    uint32_t instance;  // of the snapshot
-    float ahead;        // of the camera, where the instance begins, metres
-    uint32_t hidden_by; // of the order, a later one in the very same place; NG_NONE: there is none
+    uint64_t sort;     // textured or not, facing and mesh
+    uint64_t group;    // textures
+    uint32_t kind;     // enum kind
+    uint32_t instance; // of the snapshot
+    float ahead;       // of the camera, where the instance begins, metres
 };
 
 struct ng_scene_gpu {
@@ -30,6 +30,7 @@ struct ng_scene_gpu {
     struct ng_mesh_cache meshes;
     struct ng_texture_cache textures;
     NG_ARRAY(struct draw_key) order;
+    struct ng_copies copies;
     struct ng_frame_range view_ranges[2], instance_range, material_range;
 };
 
@@ -56,6 +57,7 @@ void ng_scene_gpu_destroy(struct ng_scene_gpu **scene)
     ng_mesh_cache_finish(&s->meshes);
     ng_texture_cache_finish(&s->textures);
     ng_array_finish(&s->order);
+    ng_copies_finish(&s->copies);
     free(s);
     *scene = NULL;
 }
@@ -152,42 +154,6 @@ static void sort_draws(struct draw_key *keys, size_t count)
                 keys[at] = keys[at - gap];
             keys[at] = k;
         }
-}
-
-static bool same_place(const struct ng_snapshot_instance *a, const struct ng_snapshot_instance *b)
-{
-    bool same = true;
-    for (int i = 0; i < 12; i++)
-        same = same && a->matrix[i] == b->matrix[i];
-    return same;
-}
-
-// Whether an instance covers all of another that is drawn before it, and as near. Those that blend cover
-// pixels of their own.
-static bool covers(const struct ng_snapshot *s, const struct draw_key *later, const struct draw_key *key)
-{
-    const struct ng_snapshot_instance *a = &s->instances[later->instance], *b = &s->instances[key->instance];
-    enum ng_alpha_mode mode = s->materials[a->material].alpha_mode;
-    return mode != NG_ALPHA_BLEND && (mode == NG_ALPHA_OPAQUE || a->material == b->material) &&
-           same_place(a, b);
-}
-
-// Files pile up copies of a mesh in one place by the thousand, and each would be drawn over the one before,
-// in every view. Such are as far ahead as each other, so they are near in the order.
-static void find_hidden(struct ng_scene_gpu *s)
-{
-    enum { NEAR = 16 };
-    for (size_t i = s->order.count; i-- > 0;) {
-        struct draw_key *key = &s->order.items[i];
-        key->hidden_by = NG_NONE;
-        for (size_t k = i + 1; k < s->order.count && k <= i + NEAR && key->hidden_by == NG_NONE; k++) {
-            const struct draw_key *later = &s->order.items[k];
-            if (later->sort != key->sort || later->group != key->group || later->ahead > key->ahead)
-                break;
-            if (covers(s->snapshot, later, key))
-                key->hidden_by = later->hidden_by != NG_NONE ? later->hidden_by : (uint32_t)k;
-        }
-    }
 }
 
 // How far ahead of the camera anything is, at most, rounded so that it seldom changes.
@@ -337,7 +303,7 @@ ng_result ng_scene_gpu_update(struct ng_scene_gpu *s, const struct ng_snapshot *
     for (uint32_t i = 0; i < snapshot->instance_count; i++)
         s->order.items[i] = draw_key(s, i);
     sort_draws(s->order.items, s->order.count);
-    find_hidden(s);
+    NG_TRY(ng_copies_find(&s->copies, snapshot));
     fill_view(s, width, height, &s->view);
     return write_frame(s);
 }
@@ -486,23 +452,12 @@ static bool is_skipped(const struct ng_snapshot *s, const struct ng_snapshot_ins
     return light != NG_NONE && i->light != NG_NONE && s->lights[i->light].place == s->lights[light].place;
 }
 
-static bool is_wanted(const struct ng_snapshot *s, const struct ng_snapshot_instance *i,
-                      const struct ng_draw_params *p)
+static bool is_drawn(const struct ng_scene_gpu *s, uint32_t instance, const struct ng_draw_params *p)
 {
+    const struct ng_snapshot_instance *i = &s->snapshot->instances[instance];
     bool lamp = i->flags & NG_INSTANCE_LAMP;
-    return (lamp ? p->lamps != NG_LAMPS_NOT : p->lamps != NG_LAMPS_ONLY) && !is_skipped(s, i, p->skip_light);
-}
-
-static const struct ng_snapshot_instance *instance_at(const struct ng_scene_gpu *s, uint32_t place)
-{
-    return &s->snapshot->instances[s->order.items[place].instance];
-}
-
-static bool is_drawn(const struct ng_scene_gpu *s, uint32_t place, const struct ng_draw_params *p)
-{
-    uint32_t hidden_by = s->order.items[place].hidden_by;
-    return is_wanted(s->snapshot, instance_at(s, place), p) &&
-           (hidden_by == NG_NONE || !is_wanted(s->snapshot, instance_at(s, hidden_by), p));
+    return (lamp ? p->lamps != NG_LAMPS_NOT : p->lamps != NG_LAMPS_ONLY) &&
+           !is_skipped(s->snapshot, i, p->skip_light) && !s->copies.hidden.items[instance];
 }
 
 ng_result ng_scene_gpu_draw(struct ng_scene_gpu *s, struct ng_cmd *cmd, const struct ng_draw_params *params)
@@ -513,8 +468,8 @@ ng_result ng_scene_gpu_draw(struct ng_scene_gpu *s, struct ng_cmd *cmd, const st
     struct run run = {0};
     for (uint32_t i = 0; i < s->order.count; i++) {
         const struct draw_key *key = &s->order.items[i];
-        const struct ng_snapshot_instance *instance = instance_at(s, i);
-        if (!is_drawn(s, i, params) || !inside(planes, instance))
+        const struct ng_snapshot_instance *instance = &s->snapshot->instances[key->instance];
+        if (!is_drawn(s, key->instance, params) || !inside(planes, instance))
             continue;
         if (run.count && run.first + run.count == i && joins(run.key, key)) {
             run.count++;

@@ -5,6 +5,7 @@
 #include "base/array.h"
 #include "lightformer/trace/tracer_internal.h"
 #include "lightformer/trace/vec.h"
+#include "render/copies.h"
 
 #include <embree3/rtcore.h>
 #include <string.h>
@@ -44,6 +45,7 @@ struct lf_trace_slot {
     float matrix[12];
     struct lf_triangles triangles; // flattened into world space; `geometry` is theirs
     struct lf_shared *shared;      // or placed by Embree; null: not
+    bool hidden;                   // by another one: without geometry
     bool may_share, emits, attached;
     bool shown; // by the snapshot of this update
 };
@@ -66,6 +68,7 @@ struct lf_tracer {
     NG_ARRAY(uint32_t) ids;                  // of the instances of this update
     NG_ARRAY(uint8_t) surfaces;              // of the entity with this index, listed so far
     NG_ARRAY(uint32_t) places;               // of the entity in the order of ids, from 1; 0: none
+    struct ng_copies copies;                 // those that are hidden meet no ray
     NG_ARRAY(struct lf_shared *) shared;
     NG_ARRAY(struct lf_shared *) by_mesh; // of the snapshot's meshes, while an update runs; null: flattened
     uint64_t memory_limit, most_bytes, bytes; // asked for, of this update, and taken by Embree
@@ -118,7 +121,7 @@ NG_NODISCARD ng_result lf_sharing_choose(struct lf_tracer *tracer, const struct 
 void lf_sharing_tidy(struct lf_tracer *tracer);
 void lf_sharing_forget(struct lf_tracer *tracer);
 // Whether an instance's mesh may be one of them.
-bool lf_may_share(const struct ng_snapshot *snapshot, uint32_t instance);
+bool lf_may_share(const struct lf_tracer *tracer, const struct ng_snapshot *snapshot, uint32_t instance);
 // Makes a slot's geometry an instance of a mesh, which is made if it is not yet; the caller places and
 // commits the geometry.
 NG_NODISCARD ng_result lf_sharing_attach(struct lf_tracer *tracer, struct lf_shared *shared,

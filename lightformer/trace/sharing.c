@@ -49,12 +49,12 @@ static bool has_size(const struct ng_snapshot_instance *in)
     return far <= LF_TRACE_FARTHEST && size > 1e-5f * far;
 }
 
-bool lf_may_share(const struct ng_snapshot *snapshot, uint32_t index)
+bool lf_may_share(const struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t index)
 {
     const struct ng_snapshot_instance *in = &snapshot->instances[index];
     const struct ng_snapshot_mesh *mesh = &snapshot->meshes[in->mesh];
-    return in->light == NG_NONE && !mesh->dynamic && !mesh->rest_positions && mesh->index_count >= 3 &&
-           keeps_rays(in->matrix) && has_size(in);
+    return !t->copies.hidden.items[index] && in->light == NG_NONE && !mesh->dynamic &&
+           !mesh->rest_positions && mesh->index_count >= 3 && keeps_rays(in->matrix) && has_size(in);
 }
 
 static uint64_t bytes_of(const struct ng_snapshot_mesh *mesh)
@@ -68,12 +68,14 @@ struct need {
 };
 
 // `uses`: of each mesh, by instances that may share it.
-static struct need count_need(const struct ng_snapshot *snapshot, uint32_t *uses)
+static struct need count_need(const struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t *uses)
 {
     struct need need = {0};
     for (uint32_t i = 0; i < snapshot->instance_count; i++) {
         const struct ng_snapshot_mesh *mesh = &snapshot->meshes[snapshot->instances[i].mesh];
-        bool first = !lf_may_share(snapshot, i) || !uses[snapshot->instances[i].mesh]++;
+        if (t->copies.hidden.items[i])
+            continue;
+        bool first = !lf_may_share(t, snapshot, i) || !uses[snapshot->instances[i].mesh]++;
         need.triangles += mesh->index_count / 3;
         need.flattened += BYTES_AN_INSTANCE + bytes_of(mesh);
         need.shared += BYTES_AN_INSTANCE + (first ? bytes_of(mesh) : 0);
@@ -128,7 +130,7 @@ static ng_result share(struct lf_tracer *t, const struct ng_snapshot *snapshot, 
 
 static ng_result choose(struct lf_tracer *t, const struct ng_snapshot *snapshot, uint32_t *uses)
 {
-    const struct need need = count_need(snapshot, uses);
+    const struct need need = count_need(t, snapshot, uses);
     t->most_bytes = t->memory_limit ? t->memory_limit : ng_system_available_memory() + t->bytes;
     if (need.flattened <= t->most_bytes / PART_FOR_FLATTENED)
         return NG_OK;

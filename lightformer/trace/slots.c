@@ -30,19 +30,21 @@ static enum lf_shape shape_of(const struct ng_snapshot *snapshot, const struct n
 // structure that a new one has is made anew: what becomes an emitter or ceases to be one, since each scene
 // builds its own structure around the mesh at rest. A mesh whose points were edited has the same place at
 // rest.
-static bool is_slot_of(const struct lf_trace_slot *s, const struct ng_snapshot *snapshot,
-                       const struct ng_snapshot_instance *instance)
+static bool is_slot_of(const struct lf_tracer *t, const struct lf_trace_slot *s,
+                       const struct ng_snapshot *snapshot, uint32_t index)
 {
+    const struct ng_snapshot_instance *instance = &snapshot->instances[index];
     const struct ng_snapshot_mesh *mesh = &snapshot->meshes[instance->mesh];
     return ng_entity_same(s->entity, instance->entity) && s->mesh_key == mesh->key &&
            s->vertex_count == mesh->vertex_count && s->index_count == mesh->index_count &&
-           s->emits == (instance->light != NG_NONE) && s->seen.shape == shape_of(snapshot, instance);
+           s->hidden == t->copies.hidden.items[index] && s->emits == (instance->light != NG_NONE) &&
+           s->seen.shape == shape_of(snapshot, instance);
 }
 
 static void drop(struct lf_tracer *t, struct lf_trace_slot *s)
 {
     t->by_id.items[s->id] = NULL;
-    t->stats.triangles -= s->seen.shape == LF_SHAPE_TRIANGLES ? s->index_count / 3 : 0;
+    t->stats.triangles -= s->seen.shape == LF_SHAPE_TRIANGLES && !s->hidden ? s->index_count / 3 : 0;
     t->stats.shared -= s->shared != NULL;
     if (s->attached) {
         rtcDetachGeometry(t->scene, s->id);
@@ -113,13 +115,16 @@ static ng_result make_slot(struct lf_tracer *t, const struct ng_snapshot *snapsh
                                 .mesh_key = mesh->key,
                                 .vertex_count = mesh->vertex_count,
                                 .index_count = mesh->index_count,
-                                .may_share = lf_may_share(snapshot, index),
+                                .hidden = t->copies.hidden.items[index],
+                                .may_share = lf_may_share(t, snapshot, index),
                                 .emits = instance->light != NG_NONE};
     t->by_id.items[s->id] = t->shown.items[index] = s;
-    t->stats.updated++;
-    t->stats.built++;
     lf_instance_read(snapshot, index, &s->seen);
     read_instance(s, snapshot);
+    if (s->hidden)
+        return NG_OK;
+    t->stats.updated++;
+    t->stats.built++;
     NG_TRY(make_geometry(t, snapshot, s));
     commit_geometry(s);
     s->attached = true;
@@ -137,6 +142,8 @@ static ng_result follow(struct lf_tracer *t, const struct ng_snapshot *snapshot,
     if (s->version == instance->version)
         return NG_OK;
     bool moved = read_instance(s, snapshot), built = false;
+    if (s->hidden)
+        return NG_OK;
     if (!moved && ((before ^ s->seen.flags) & NG_INSTANCE_MASKED) == 0)
         return NG_OK; // it reflects in another way
     t->stats.updated++;
@@ -250,12 +257,12 @@ static struct lf_trace_slot *find(struct lf_tracer *t, const struct ng_snapshot 
                                   bool *changed)
 {
     struct lf_trace_slot *s = t->by_id.items[t->ids.items[index]];
-    if (!s || !is_slot_of(s, snapshot, &snapshot->instances[index])) {
+    if (!s || !is_slot_of(t, s, snapshot, index)) {
         *changed = true;
         return NULL;
     }
     if (s->version != snapshot->instances[index].version) {
-        bool may_share = lf_may_share(snapshot, index);
+        bool may_share = lf_may_share(t, snapshot, index);
         *changed |= s->may_share != may_share;
         s->may_share = may_share;
     }
@@ -266,6 +273,7 @@ static struct lf_trace_slot *find(struct lf_tracer *t, const struct ng_snapshot 
 
 ng_result lf_slots_find(struct lf_tracer *t, const struct ng_snapshot *snapshot, bool *changed)
 {
+    NG_TRY(ng_copies_find(&t->copies, snapshot));
     NG_TRY(name_instances(t, snapshot));
     if (!ng_array_resize(&t->before, t->shown.count))
         return ng_out_of_memory("ray tracing");
@@ -332,5 +340,6 @@ void lf_slots_forget(struct lf_tracer *t)
     ng_array_finish(&t->ids);
     ng_array_finish(&t->surfaces);
     ng_array_finish(&t->places);
+    ng_copies_finish(&t->copies);
     t->stats.triangles = t->stats.shared = 0;
 }

@@ -10,6 +10,7 @@
 #include "components/transform.h"
 #include "lightformer/trace/texture.h"
 #include "lightformer/trace/vec.h"
+#include "render/copies.h"
 #include "scene/world.h"
 
 #include <math.h>
@@ -591,6 +592,51 @@ static void test_only_what_moved_is_touched(void **state)
     scene_close(&s);
 }
 
+// Of copies in one place rays meet the last, and no other costs anything; of those that blend they meet a
+// few.
+static void test_copies_in_one_place_are_one(void **state)
+{
+    (void)state;
+    enum { COPIES = 200 };
+    const struct lf_ray ray = make_ray(0.1f, 0.2f, 3, 0, 0, -1);
+    struct scene s;
+    struct lf_hit hit;
+    ng_entity copies[COPIES];
+    scene_open(&s, 1);
+    ng_entity material = scene_material(&s, (const float[3]){1, 1, 1}, 0, 1);
+    copies[0] = add_floor(&s, material);
+    const struct ng_transform place =
+        *(const struct ng_transform *)ng_world_get(s.world, copies[0], NG_TRANSFORM);
+    const struct ng_mesh mesh = *(const struct ng_mesh *)ng_world_get(s.world, copies[0], NG_MESH);
+    for (int i = 1; i < COPIES; i++) {
+        copies[i] = ng_entity_create(s.world);
+        OK(ng_world_add(s.world, copies[i], NG_TRANSFORM, &place));
+        OK(ng_world_add(s.world, copies[i], NG_MESH, &mesh));
+    }
+    scene_frame(&s, 0);
+    assert_int_equal(lf_tracer_stats_of(s.tracer).built, 1);
+    assert_true(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit) && hit.instance == COPIES - 1);
+    // Where the last goes away, the one before is there.
+    ((struct ng_transform *)ng_world_edit(s.world, copies[COPIES - 1], NG_TRANSFORM))->translation[2] = -1;
+    scene_frame(&s, 1);
+    assert_int_equal(lf_tracer_stats_of(s.tracer).built, 1);
+    assert_true(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit) && hit.instance == COPIES - 2);
+    // And hides it again.
+    ((struct ng_transform *)ng_world_edit(s.world, copies[COPIES - 1], NG_TRANSFORM))->translation[2] = 0;
+    scene_frame(&s, 2);
+    assert_true(lf_trace_closest(s.tracer, &ray, LF_RAY_ALL, &hit) && hit.instance == COPIES - 1);
+    // A mask of the same material cuts the same holes; one that blends covers a part, and so do many.
+    struct ng_material *m = ng_world_edit(s.world, material, NG_MATERIAL);
+    m->alpha_mode = NG_ALPHA_MASK;
+    scene_frame(&s, 3);
+    assert_int_equal(lf_tracer_stats_of(s.tracer).built, 0);
+    m = ng_world_edit(s.world, material, NG_MATERIAL);
+    m->alpha_mode = NG_ALPHA_BLEND, m->alpha = 0.5f;
+    scene_frame(&s, 4);
+    assert_int_equal(lf_tracer_stats_of(s.tracer).built, NG_MOST_BLENDED_COPIES - 1);
+    scene_close(&s);
+}
+
 // Few ids for many entities; and where surfaces come between others, room for them is made rarely.
 static void test_entities_without_surfaces_cost_nothing(void **state)
 {
@@ -605,13 +651,13 @@ static void test_entities_without_surfaces_cost_nothing(void **state)
     add_floor(&s, material);
     scene_frame(&s, 0);
     assert_in_range(lf_tracer_stats_of(s.tracer).ids, 2, 200);
-    const struct ng_transform place =
-        *(const struct ng_transform *)ng_world_get(s.world, first, NG_TRANSFORM);
+    struct ng_transform place = *(const struct ng_transform *)ng_world_get(s.world, first, NG_TRANSFORM);
     const struct ng_mesh mesh = *(const struct ng_mesh *)ng_world_get(s.world, first, NG_MESH);
     for (int way = 0; way < 2; way++) {
         uint32_t built = 0;
         for (int i = 0; i < COPIES; i++) {
             ng_entity e = empty[way ? EMPTY - 1 - i : i]; // from the first, from the last
+            place.translation[2] -= 1;                    // each in a place of its own
             OK(ng_world_add(s.world, e, NG_TRANSFORM, &place));
             OK(ng_world_add(s.world, e, NG_MESH, &mesh));
             scene_frame(&s, 1);
@@ -839,6 +885,7 @@ int main(void)
         cmocka_unit_test(test_pixels_see_smaller_levels),
         cmocka_unit_test(test_updates_follow_what_moved),
         cmocka_unit_test(test_only_what_moved_is_touched),
+        cmocka_unit_test(test_copies_in_one_place_are_one),
         cmocka_unit_test(test_entities_without_surfaces_cost_nothing),
         cmocka_unit_test(test_packets_are_rays),
         cmocka_unit_test(test_what_is_no_ray_meets_nothing),
