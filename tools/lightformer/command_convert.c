@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "files.h"
 #include "opening.h"
+#include "placing.h"
 #include "scene_file.h"
 
 #include "asset/assets.h"
@@ -13,6 +14,7 @@
 struct convert {
     const char *in, *out;
     bool force;
+    struct cli_texts place;
     struct loading loading;
 };
 
@@ -31,6 +33,11 @@ static const struct cli_option options[] = {
      .kind = CLI_FLAG,
      .offset = offsetof(struct convert, force),
      .doc = "OUT may be IN, which is then replaced"},
+    {.name = "--place",
+     .kind = CLI_TEXTS,
+     .offset = offsetof(struct convert, place),
+     .value = "FILE.sh3f#PIECE[@X,Y,Z[,TURN]]",
+     .doc = "a piece of a furniture catalogue is added, metres and degrees; may be given more than once"},
     CLI_LOADING(struct convert, loading),
 };
 
@@ -49,16 +56,25 @@ static void add_file(void *user, const char *path)
 
 static ng_result load(const struct convert *c, struct scene *s)
 {
-    const struct ng_gltf_params params = {.keep = true,
-                                          .strict = c->loading.strict,
-                                          .max_memory = loading_memory(&c->loading),
-                                          .file = add_file,
-                                          .user = &s->files};
+    struct ng_gltf_params params = {.keep = true,
+                                    .strict = c->loading.strict,
+                                    .max_memory = loading_memory(&c->loading),
+                                    .file = add_file,
+                                    .user = &s->files};
     NG_TRY(scene_file_check(c->in));
     NG_TRY(ng_world_create(NULL, &s->world));
     NG_TRY(ng_components_register(s->world));
     NG_TRY(ng_assets_create(&s->assets));
-    return ng_gltf_load(c->in, s->world, s->assets, &params, &s->loaded);
+    NG_TRY(ng_gltf_load(c->in, s->world, s->assets, &params, &s->loaded));
+    params.keep = false; // what a piece was has no part in what IN was
+    for (uint32_t i = 0; i < c->place.count; i++) {
+        struct placing placing;
+        if (!placing_read(c->place.items[i], "convert", &placing))
+            return NG_ERROR_USAGE;
+        cli_files_read(&s->files, "--place", placing.file);
+        NG_TRY(placing_place(&placing, s->world, s->assets, s->loaded.root, &params));
+    }
+    return NG_OK;
 }
 
 static void finish(struct scene *s)
@@ -79,8 +95,9 @@ static bool check_files(const struct convert *c, struct cli_files *files)
 
 static int convert(const struct convert *c, struct scene *s)
 {
-    if (load(c, s) != NG_OK)
-        return CLI_FAILED;
+    ng_result r = load(c, s);
+    if (r != NG_OK)
+        return r == NG_ERROR_USAGE ? CLI_USAGE : CLI_FAILED;
     if (!check_files(c, &s->files))
         return CLI_USAGE;
     const struct ng_gltf_save_params params = {s->world, s->assets, s->loaded.root, s->loaded.origin};
@@ -111,6 +128,8 @@ const struct cli_command cli_convert_command = {
         "Pictures that are files beside IN are files beside a .gltf; those within a .glb, and those of an "
         "OBJ, are in "
         "its .bin.\n"
+        "--place: TURN is to the left, seen from above; without @ the piece is at the origin, as high as it "
+        "belongs.\n"
         "Files beside a .gltf are never replaced; where others have their names, NAME.1.EXT is used.\n",
     .options = options,
     .option_count = NG_COUNT(options),
