@@ -8,6 +8,7 @@
 #include "scene/world.h"
 #include "tools/content/choreography.h"
 #include "tools/content/content.h"
+#include "tools/content/interior/palette.h"
 #include "tools/content/pieces.h"
 #include "tools/content/unseen.h"
 
@@ -36,15 +37,41 @@ static void committed_files_are_what_the_tool_makes(void **state)
 static void files_are_small(void **state)
 {
     NG_UNUSED(state);
-    size_t chess = 0, units = 0;
+    size_t chess = 0, units = 0, interior = 0;
     for (const struct content_file *f = content_files; f->path; f++) {
         struct bytes made;
         assert_int_equal(content_build(f, &made), NG_OK);
-        *(strncmp(f->path, "unit/", 5) == 0 ? &units : &chess) += made.count;
+        bool of_interior = strncmp(f->path, "interior_design/", 16) == 0;
+        *(of_interior ? &interior : strncmp(f->path, "unit/", 5) == 0 ? &units : &chess) += made.count;
+        if (of_interior && !strstr(f->path, "/room.glb") && made.count > 300000)
+            fail_msg("%s has %zu bytes: a piece may have 300000", f->path, made.count);
         bytes_finish(&made);
     }
     assert_in_range(chess, 1, 4u << 20);
     assert_in_range(units, 1, 2u << 20);
+    assert_in_range(interior, 1, 6u << 20);
+}
+
+// Of the file's scene what it says of itself; a warning fails the test.
+static struct ng_gltf_scene load_quietly(const char *file)
+{
+    char path[256];
+    snprintf(path, sizeof path, "content/%s", file);
+    struct ng_world *world = NULL;
+    struct ng_assets *assets = NULL;
+    struct ng_gltf_scene scene;
+    struct test_log log;
+    assert_int_equal(ng_world_create(NULL, &world), NG_OK);
+    assert_int_equal(ng_components_register(world), NG_OK);
+    assert_int_equal(ng_assets_create(&assets), NG_OK);
+    test_log_begin(&log);
+    ng_result result = ng_gltf_load(path, world, assets, NULL, &scene);
+    test_log_end(&log);
+    if (result != NG_OK || log.warnings)
+        fail_msg("%s: %s", path, log.text);
+    ng_assets_destroy(&assets);
+    ng_world_destroy(&world);
+    return scene;
 }
 
 static void scenes_load_without_a_word(void **state)
@@ -53,25 +80,49 @@ static void scenes_load_without_a_word(void **state)
     for (const struct content_file *f = content_files; f->path; f++) {
         if (strcmp(ng_path_extension(f->path), "glb") != 0)
             continue;
-        char path[256];
-        snprintf(path, sizeof path, "content/%s", f->path);
-        struct ng_world *world = NULL;
-        struct ng_assets *assets = NULL;
-        struct ng_gltf_scene scene;
-        struct test_log log;
-        assert_int_equal(ng_world_create(NULL, &world), NG_OK);
-        assert_int_equal(ng_components_register(world), NG_OK);
-        assert_int_equal(ng_assets_create(&assets), NG_OK);
-        test_log_begin(&log);
-        ng_result result = ng_gltf_load(path, world, assets, NULL, &scene);
-        test_log_end(&log);
-        if (result != NG_OK || log.warnings)
-            fail_msg("%s: %s", path, log.text);
-        assert_false(ng_entity_is_null(scene.camera));
-        assert_true(scene.primitive_count > 0 && scene.light_count > 0);
-        ng_assets_destroy(&assets);
-        ng_world_destroy(&world);
+        struct ng_gltf_scene scene = load_quietly(f->path);
+        bool piece = strncmp(f->path, "interior_design/", 16) == 0 && !strstr(f->path, "/room.glb");
+        assert_true(scene.camera_made == piece);
+        assert_true(scene.primitive_count > 0 && (piece || scene.light_count > 0));
     }
+}
+
+// ---- furniture ----
+
+// Every piece touches with its origin what holds it, and is as large as furniture.
+static void furniture_stands_lies_or_hangs_at_its_origin(void **state)
+{
+    NG_UNUSED(state);
+    for (int i = 0; i < PALETTE_COUNT; i++) {
+        char file[64];
+        snprintf(file, sizeof file, "interior_design/%s.glb", palette[i].name);
+        struct ng_gltf_scene s = load_quietly(file);
+        const float *low = s.bounds_min, *high = s.bounds_max;
+        float touches = palette[i].where == PALETTE_CEILING ? high[1]
+                        : palette[i].where == PALETTE_WALL  ? low[2]
+                                                            : low[1];
+        if (fabsf(touches) > 0.012f)
+            fail_msg("%s is %g m off what holds it", file, (double)touches);
+        float largest = fmaxf(high[0] - low[0], fmaxf(high[1] - low[1], high[2] - low[2]));
+        if (largest < 0.15f || largest > 3.0f)
+            fail_msg("%s is %g m large", file, (double)largest);
+        if (palette[i].where != PALETTE_WALL && fabsf(high[0] + low[0]) > 0.35f)
+            fail_msg("%s is %g m off its middle", file, (double)(0.5f * (high[0] + low[0])));
+    }
+}
+
+static void every_lamp_shines_and_nothing_else(void **state)
+{
+    NG_UNUSED(state);
+    int lamps = 0;
+    for (int i = 0; i < PALETTE_COUNT; i++) {
+        char file[64];
+        snprintf(file, sizeof file, "interior_design/%s.glb", palette[i].name);
+        bool light = strstr(palette[i].what, " light") != NULL;
+        assert_true((load_quietly(file).light_count > 0) == light);
+        lamps += light;
+    }
+    assert_in_range(lamps, 8, PALETTE_COUNT / 2);
 }
 
 // ---- cages ----
@@ -301,6 +352,8 @@ int main(void)
         cmocka_unit_test(committed_files_are_what_the_tool_makes),
         cmocka_unit_test(files_are_small),
         cmocka_unit_test(scenes_load_without_a_word),
+        cmocka_unit_test(furniture_stands_lies_or_hangs_at_its_origin),
+        cmocka_unit_test(every_lamp_shines_and_nothing_else),
         cmocka_unit_test(pieces_and_knots_are_closed_and_face_outwards),
         cmocka_unit_test(knots_fit_on_their_squares),
         cmocka_unit_test(pieces_have_their_stated_size),

@@ -9,6 +9,7 @@ void cage_finish(struct cage *c)
     ng_array_finish(&c->points);
     ng_array_finish(&c->sizes);
     ng_array_finish(&c->indices);
+    ng_array_finish(&c->uvs);
     ng_array_finish(&c->creases);
     ng_array_finish(&c->corners);
 }

@@ -22,10 +22,15 @@ struct cage_corner {
     double sharpness;
 };
 
+struct cage_uv {
+    double u, v;
+};
+
 struct cage {
     NG_ARRAY(struct vec3) points;
-    NG_ARRAY(uint32_t) sizes;   // of the faces
-    NG_ARRAY(uint32_t) indices; // of all faces, one after the other
+    NG_ARRAY(uint32_t) sizes;     // of the faces
+    NG_ARRAY(uint32_t) indices;   // of all faces, one after the other
+    NG_ARRAY(struct cage_uv) uvs; // one an index, or none
     NG_ARRAY(struct cage_crease) creases;
     NG_ARRAY(struct cage_corner) corners;
     bool failed;

@@ -1,6 +1,16 @@
 #include "content.h"
 
 #include "base/log.h"
+#include "interior/palette.h"
+#include "interior/room.h"
+
+#define X(name, where, what)                                                                                 \
+    static ng_result build_##name(struct bytes *out)                                                         \
+    {                                                                                                        \
+        return palette_file(PALETTE_##name, out);                                                            \
+    }
+PALETTE(X)
+#undef X
 
 const struct content_file content_files[] = {
     {"chess/chess.glb", chess_build},
@@ -31,7 +41,12 @@ const struct content_file content_files[] = {
     {"unit/hierarchy.glb", unit_hierarchy},
     {"unit/character.glb", unit_character},
     {"unit/environment.hdr", unit_environment_hdr},
-    {0},
+    {"interior_design/room.glb", room_build},
+    {"interior_design/evening.hdr", room_sky},
+#define X(name, where, what) {"interior_design/" #name ".glb", build_##name},
+    PALETTE(X)
+#undef X
+        {0},
 };
 
 ng_result content_build(const struct content_file *file, struct bytes *out)

@@ -294,9 +294,11 @@ static void set_cage(struct glb *g, cJSON *primitive, const struct glb_mesh *m)
     glb_set(g, subdivision, "level", m->level);
     glb_set_text(g, subdivision, "boundary", m->boundary);
     cJSON *cage = inner(g, ng_gltf_json_extension(&g->w, primitive, "NG_scene"), "cage");
-    glb_set(g, cage, "positions", m->positions - 1);
+    glb_set(g, cage, "positions", (m->cage_positions ? m->cage_positions : m->positions) - 1);
     glb_set(g, cage, "faceSizes", glb_integers(g, c->sizes.items, c->sizes.count, 1));
     glb_set(g, cage, "faceIndices", glb_integers(g, c->indices.items, c->indices.count, 1));
+    if (c->uvs.count)
+        glb_set(g, cage, "faceUVs", glb_doubles(g, &c->uvs.items[0].u, c->uvs.count, 2, false));
     set_creases(g, cage, c);
     set_corners(g, cage, c);
     if (m->joints)
@@ -330,9 +332,99 @@ int glb_cage_mesh(struct glb *g, const char *name, const struct cage *c, int mat
     return glb_cage_mesh_bounded(g, name, c, material, level, NULL);
 }
 
+// The cage's faces as triangles of vertices that are equal in point and texture coordinates.
+struct fallback {
+    NG_ARRAY(uint32_t) points; // of each vertex
+    NG_ARRAY(struct cage_uv) uvs;
+    NG_ARRAY(uint32_t) next;    // the next vertex of its point
+    NG_ARRAY(uint32_t) corners; // the vertex of each of the cage's indices
+    NG_ARRAY(uint32_t) triangles;
+    NG_ARRAY(struct vec3) positions;
+    NG_ARRAY(struct vec3) normals;
+};
+
+static uint32_t fallback_vertex(struct fallback *f, uint32_t *first, uint32_t point, struct cage_uv uv,
+                                bool *ok)
+{
+    for (uint32_t i = *first; i != UINT32_MAX; i = f->next.items[i])
+        if (f->uvs.items[i].u == uv.u && f->uvs.items[i].v == uv.v)
+            return i;
+    *ok = *ok && ng_array_push(&f->points, point) && ng_array_push(&f->uvs, uv) &&
+          ng_array_push(&f->next, *first);
+    if (*ok)
+        *first = (uint32_t)f->points.count - 1;
+    return *first;
+}
+
+static bool fallback_build(struct fallback *f, const struct cage *c)
+{
+    NG_ARRAY(uint32_t) first = {0};
+    NG_ARRAY(struct vec3) normals = {0};
+    bool ok = ng_array_resize(&first, c->points.count) && ng_array_resize(&normals, c->points.count);
+    for (size_t i = 0; ok && i < c->points.count; i++)
+        first.items[i] = UINT32_MAX;
+    for (size_t i = 0; ok && i < c->indices.count; i++) {
+        uint32_t point = c->indices.items[i];
+        struct cage_uv uv = c->uvs.count ? c->uvs.items[i] : (struct cage_uv){0};
+        uint32_t vertex = fallback_vertex(f, &first.items[point], point, uv, &ok);
+        ok = ok && ng_array_push(&f->corners, vertex);
+    }
+    const uint32_t *face = f->corners.items;
+    for (size_t k = 0; ok && k < c->sizes.count; face += c->sizes.items[k++])
+        for (uint32_t i = 2; ok && i < c->sizes.items[k]; i++)
+            ok = ng_array_push(&f->triangles, face[0]) && ng_array_push(&f->triangles, face[i - 1]) &&
+                 ng_array_push(&f->triangles, face[i]);
+    if (ok)
+        cage_normals(c, normals.items);
+    for (size_t i = 0; ok && i < f->points.count; i++)
+        ok = ng_array_push(&f->positions, c->points.items[f->points.items[i]]) &&
+             ng_array_push(&f->normals, normals.items[f->points.items[i]]);
+    ng_array_finish(&first);
+    ng_array_finish(&normals);
+    return ok;
+}
+
+static void fallback_finish(struct fallback *f)
+{
+    ng_array_finish(&f->points);
+    ng_array_finish(&f->uvs);
+    ng_array_finish(&f->next);
+    ng_array_finish(&f->corners);
+    ng_array_finish(&f->triangles);
+    ng_array_finish(&f->positions);
+    ng_array_finish(&f->normals);
+}
+
+// With texture coordinates of its faces.
+static int textured_cage_mesh(struct glb *g, const char *name, const struct cage *c, int material,
+                              unsigned level, const char *boundary)
+{
+    struct fallback f = {0};
+    int mesh = 0;
+    g->w.failed |= c->failed || !fallback_build(&f, c);
+    if (!g->w.failed)
+        mesh = glb_add_mesh(
+            g, &(struct glb_mesh){
+                   .name = name,
+                   .positions = glb_doubles(g, &f.positions.items[0].x, f.positions.count, 3, true) + 1,
+                   .normals = glb_doubles(g, &f.normals.items[0].x, f.normals.count, 3, false) + 1,
+                   .uvs = glb_doubles(g, &f.uvs.items[0].u, f.uvs.count, 2, false) + 1,
+                   .indices = glb_integers(g, f.triangles.items, f.triangles.count, 1) + 1,
+                   .material = material,
+                   .cage = level ? c : NULL,
+                   .cage_positions = glb_doubles(g, &c->points.items[0].x, c->points.count, 3, false) + 1,
+                   .level = level,
+                   .boundary = boundary,
+               });
+    fallback_finish(&f);
+    return mesh;
+}
+
 int glb_cage_mesh_bounded(struct glb *g, const char *name, const struct cage *c, int material, unsigned level,
                           const char *boundary)
 {
+    if (c->uvs.count)
+        return textured_cage_mesh(g, name, c, material, level, boundary);
     uint32_t count = cage_triangle_count(c) * 3;
     struct vec3 *normals = calloc(c->points.count, sizeof *normals);
     uint32_t *indices = calloc(count, sizeof *indices);

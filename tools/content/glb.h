@@ -67,15 +67,16 @@ int glb_add_material(struct glb *g, const struct glb_material *m);
 struct glb_mesh {
     const char *name;
     int positions, normals, uvs, joints, weights, indices;
-    int material; // index
-    const struct cage
-        *cage;            // the primitive's subdivision cage, whose points are the mesh's vertices, or null
-    unsigned level;       // of its refinement
-    const char *boundary; // "edge_only" or "edge_and_corner"; null: the default
+    int material;            // index
+    const struct cage *cage; // the primitive's subdivision cage, or null
+    int cage_positions;      // of its points; 0: they are the mesh's vertices
+    unsigned level;          // of its refinement
+    const char *boundary;    // "edge_only" or "edge_and_corner"; null: the default
 };
 
 int glb_add_mesh(struct glb *g, const struct glb_mesh *m);
-// The cage as a mesh: its triangles, with smooth normals, are the fallback. Level 0: only these.
+// The cage as a mesh: its triangles, with smooth normals, are the fallback. Level 0: only these. Where
+// texture coordinates of a point differ, the fallback has a vertex for each.
 int glb_cage_mesh(struct glb *g, const char *name, const struct cage *c, int material, unsigned level);
 // As above, with a boundary rule (struct glb_mesh).
 int glb_cage_mesh_bounded(struct glb *g, const char *name, const struct cage *c, int material, unsigned level,

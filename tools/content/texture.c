@@ -6,8 +6,7 @@
 
 #include <stdlib.h>
 
-// Value noise on a lattice of nx by ny cells that wraps around; 0 to 1. x and y in [0, 1).
-static double noise(double x, double y, uint32_t nx, uint32_t ny, uint64_t seed)
+double texture_noise(double x, double y, uint32_t nx, uint32_t ny, uint64_t seed)
 {
     double fx = x * nx, fy = y * ny;
     uint32_t ix = (uint32_t)fx, iy = (uint32_t)fy;
@@ -25,12 +24,12 @@ static double noise(double x, double y, uint32_t nx, uint32_t ny, uint64_t seed)
 // Year rings seen along the plank: a wobbling saw-tooth across u, with fine pores stretched along v.
 static double wood_tone(double u, double v, uint64_t seed)
 {
-    double wobble = noise(u, v, 3, 2, seed) * 0.55 + noise(u, v, 8, 3, seed + 1) * 0.12;
+    double wobble = texture_noise(u, v, 3, 2, seed) * 0.55 + texture_noise(u, v, 8, 3, seed + 1) * 0.12;
     double ring = (u + wobble) * 9.0;
     ring -= floor(ring);
     double year = ring < 0.8 ? ring / 0.8 : (1.0 - ring) / 0.2;
-    double pores = noise(u, v, 128, 6, seed + 2) * 0.6 + noise(u, v, 64, 4, seed + 3) * 0.4;
-    double cloud = noise(u, v, 4, 2, seed + 4);
+    double pores = texture_noise(u, v, 128, 6, seed + 2) * 0.6 + texture_noise(u, v, 64, 4, seed + 3) * 0.4;
+    double cloud = texture_noise(u, v, 4, 2, seed + 4);
     return 0.42 * year * year + 0.36 * pores + 0.22 * cloud;
 }
 

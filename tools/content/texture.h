@@ -4,6 +4,9 @@
 
 #include "image.h"
 
+// Value noise on a lattice of nx by ny cells that wraps around; 0 to 1. x and y in [0, 1).
+double texture_noise(double x, double y, uint32_t nx, uint32_t ny, uint64_t seed);
+
 // 256 x 256 of light and dark wood, the grain along v.
 NG_NODISCARD ng_result texture_maple(struct bytes *out);
 NG_NODISCARD ng_result texture_walnut(struct bytes *out);
