@@ -208,9 +208,13 @@ void palette_bowl(struct furniture *p)
                                     {0.004, 0.124, 0.004},  {-0.093, 0.096, -0.03}, {0.085, 0.094, -0.04}};
     for (int i = 0; i < 6; i++) {
         struct place place = place_turn(place_at(at[i][0], at[i][1] - 0.038, at[i][2]), 'x', 0.0);
-        const struct solid_corner fruit[5] = {
-            {0, 0, 0}, {0.0395, 0, 0.038}, {0.0395, 0.076, 0.038}, {0.004, 0.076, 0.002}, {0, 0.074, 0}};
-        solid_turn(furniture_part(p, LOOK_ORANGE), place, fruit, 5, 18);
+        struct solid_corner fruit[9];
+        for (int k = 0; k < 9; k++) {
+            double angle = CONTENT_PI * k / 8.0;
+            fruit[k] = (struct solid_corner){0.0395 * sin(angle), 0.038 * (1 - cos(angle)), 0.03};
+        }
+        fruit[0].x = fruit[8].x = 0.0;
+        solid_turn(furniture_part(p, LOOK_ORANGE), place, fruit, 9, 18);
     }
 }
 

@@ -9,13 +9,16 @@ static void book(struct furniture *p, struct place at, int cloth, double w, doub
 {
     struct solid *cover = furniture_part(p, LOOK_SPINES), *pages = furniture_part(p, LOOK_PAPER);
     double u0 = (cloth + 0.02) / 16.0, u1 = (cloth + 0.98) / 16.0, plain = (cloth + 0.1) / 16.0;
-    const struct vec3 box[4][4] = {
+    const struct vec3 box[6][4] = {
         {{-0.5, 0, 0.5}, {0.5, 0, 0.5}, {0.5, 1, 0.5}, {-0.5, 1, 0.5}}, // spine
         {{0.5, 0, 0.5}, {0.5, 0, -0.5}, {0.5, 1, -0.5}, {0.5, 1, 0.5}}, // sides
         {{-0.5, 0, -0.5}, {-0.5, 0, 0.5}, {-0.5, 1, 0.5}, {-0.5, 1, -0.5}},
-        {{-0.5, 1, 0.5}, {0.5, 1, 0.5}, {0.5, 1, -0.5}, {-0.5, 1, -0.5}}}; // rim, seen from above
-    static const struct vec3 normals[4] = {{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}};
-    for (int side = 0; side < 4; side++) {
+        {{-0.5, 1, 0.5}, {0.5, 1, 0.5}, {0.5, 1, -0.5}, {-0.5, 1, -0.5}}, // the pages: above, below, behind
+        {{-0.5, 0, -0.5}, {0.5, 0, -0.5}, {0.5, 0, 0.5}, {-0.5, 0, 0.5}},
+        {{0.5, 0, -0.5}, {-0.5, 0, -0.5}, {-0.5, 1, -0.5}, {0.5, 1, -0.5}}};
+    static const struct vec3 normals[6] = {{0, 0, 1}, {1, 0, 0},  {-1, 0, 0},
+                                           {0, 1, 0}, {0, -1, 0}, {0, 0, -1}};
+    for (int side = 0; side < 6; side++) {
         struct solid *s = side < 3 ? cover : pages;
         uint32_t first = (uint32_t)s->vertices.count;
         for (int k = 0; k < 4; k++) {
