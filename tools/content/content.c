@@ -1,4 +1,5 @@
 #include "content.h"
+#include "people/people.h"
 
 #include "base/log.h"
 #include "interior/palette.h"
@@ -40,6 +41,7 @@ const struct content_file content_files[] = {
     {"unit/mirrored.glb", unit_mirrored},
     {"unit/hierarchy.glb", unit_hierarchy},
     {"unit/character.glb", unit_character},
+    {"people/people.glb", people_build},
     {"unit/environment.hdr", unit_environment_hdr},
     {"interior_design/room.glb", room_build},
     {"interior_design/evening.hdr", room_sky},
