@@ -1,6 +1,7 @@
 // Component values from JSON, by the component's own field table: the table names the fields, gives their
 // types and their ranges, so there is nothing here about any single component.
 #include "asset/gltf_loader_internal.h"
+#include "asset/gltf_unit.h"
 #include "base/log.h"
 #include "components/components.h"
 #include "components/name.h"
@@ -114,13 +115,8 @@ static ng_result read_floats(const struct gltf_loader *l, const struct place *p,
             return wrong(l, p, "a number of a magnitude under 3e38");
         out[i] = (float)items[i].number;
     }
-    if (p->field->type == NG_FIELD_QUAT) {
-        float length = sqrtf(out[0] * out[0] + out[1] * out[1] + out[2] * out[2] + out[3] * out[3]);
-        if (!(length > 1e-6f))
-            return wrong(l, p, "a quaternion that is not zero");
-        for (int i = 0; i < 4; i++)
-            out[i] /= length;
-    }
+    if (p->field->type == NG_FIELD_QUAT && !ng_gltf_normalize_rotation(out))
+        return wrong(l, p, "a quaternion that is not zero");
     memcpy(field, out, n * sizeof *out);
     return NG_OK;
 }

@@ -1,5 +1,6 @@
 // EXT_mesh_gpu_instancing: where the copies of a node's mesh stand, below the node.
 #include "asset/gltf_loader_internal.h"
+#include "asset/gltf_unit.h"
 #include "base/log.h"
 #include "components/components.h"
 
@@ -39,10 +40,9 @@ static ng_result read_places(struct gltf_loader *l, const char *where, const str
 // A rotation of no length is none.
 static void normalize4(float q[4])
 {
-    float length = sqrtf(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    bool usable = length > 1e-6f && isfinite(length);
-    for (int i = 0; i < 4; i++)
-        q[i] = usable ? q[i] / length : (float)(i == 3);
+    bool usable = ng_gltf_normalize_rotation(q);
+    for (int i = 0; i < 4 && !usable; i++)
+        q[i] = (float)(i == 3);
 }
 
 static void fill(struct gltf_loader *l, const char *where, struct places *p, struct ng_transform *out)

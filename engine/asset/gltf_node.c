@@ -4,6 +4,7 @@
 // cycle, or below one. Entities get their parents from the leaves up, so that the world's own check for
 // cycles has one step to walk, however deep the file is.
 #include "asset/gltf_loader_internal.h"
+#include "asset/gltf_unit.h"
 #include "base/log.h"
 #include "components/camera.h"
 #include "components/components.h"
@@ -251,11 +252,8 @@ static ng_result read_transform(struct gltf_loader *l, const char *where, uint32
         NG_TRY(copy_numbers(l, where, "rotation", &n->rotation, 4, out->rotation));
         NG_TRY(copy_numbers(l, where, "scale", &n->scale, 3, out->scale));
     }
-    float length = glm_vec4_norm(out->rotation);
-    if (length > 1e-6f && isfinite(length)) {
-        glm_vec4_scale(out->rotation, 1 / length, out->rotation);
+    if (ng_gltf_normalize_rotation(out->rotation))
         return NG_OK;
-    }
     glm_vec4_copy((vec4){0, 0, 0, 1}, out->rotation);
     return ng_gltf_fault(&l->faults, "the node is not turned", "%s: rotation is zero or too large", where);
 }

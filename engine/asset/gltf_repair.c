@@ -1,6 +1,7 @@
 // Numbers of a file that make no sense, put right where the rest can be kept: key frames, and what vertices
 // have.
 #include "asset/gltf_loader_internal.h"
+#include "asset/gltf_unit.h"
 
 #include <cglm/cglm.h>
 
@@ -32,12 +33,7 @@ static bool make_usable(struct ng_channel *c, uint32_t key)
     if (!c->rotation)
         return isfinite(c->times[key]);
     v += c->interpolation == NG_INTERPOLATION_CUBIC ? 4 : 0;
-    float length = glm_vec4_norm(v);
-    if (!(length > 1e-6f) || !isfinite(length))
-        return false;
-    for (int i = 0; i < 4; i++)
-        v[i] /= length;
-    return isfinite(c->times[key]);
+    return ng_gltf_normalize_rotation(v) && isfinite(c->times[key]);
 }
 
 static ng_result drop_unusable(struct gltf_loader *l, const char *where, struct ng_channel *c)

@@ -1,6 +1,7 @@
 // Clips into animations: what drives a node's transform, or the weights of its morph targets, is the
 // standard's, all else NG_scene's.
 #include "asset/gltf_save_internal.h"
+#include "asset/gltf_unit.h"
 #include "base/log.h"
 #include "components/animation.h"
 #include "components/components.h"
@@ -16,9 +17,7 @@
 
 static void normalize4(float *v)
 {
-    float length = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3]);
-    for (int i = 0; i < 4; i++)
-        v[i] /= length;
+    (void)ng_gltf_normalize_rotation(v);
 }
 
 static int add_values(struct gltf_saver *s, const struct ng_channel *c)

@@ -1,5 +1,6 @@
 // Values of components into JSON, by the component's field table: the other way of gltf_extension.c.
 #include "asset/gltf_save_internal.h"
+#include "asset/gltf_unit.h"
 #include "base/log.h"
 #include "components/components.h"
 #include "components/name.h"
@@ -110,9 +111,7 @@ uint64_t ng_gltf_field_bit(const struct gltf_saver *s, ng_component component, c
 
 static void normalize4(float *v)
 {
-    float length = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3]);
-    for (int i = 0; i < 4; i++)
-        v[i] /= length;
+    (void)ng_gltf_normalize_rotation(v);
 }
 
 bool ng_gltf_before_normalizing(void (*normalize)(float *), unsigned width, const float *value, float *out)

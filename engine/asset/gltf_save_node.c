@@ -1,5 +1,6 @@
 // Nodes: their transform, and what hangs on them.
 #include "asset/gltf_save_internal.h"
+#include "asset/gltf_unit.h"
 #include "components/camera.h"
 #include "components/components.h"
 #include "components/light_directional.h"
@@ -20,7 +21,7 @@
 // As loading does it.
 static void normalize_rotation(float *q)
 {
-    glm_vec4_scale(q, 1 / glm_vec4_norm(q), q);
+    (void)ng_gltf_normalize_rotation(q);
 }
 
 static bool same_bits(const void *a, const void *b, size_t size)

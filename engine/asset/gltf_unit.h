@@ -1,0 +1,20 @@
+// Rotations, as loading and saving make them of length 1.
+#ifndef NG_ASSET_GLTF_UNIT_H
+#define NG_ASSET_GLTF_UNIT_H
+
+#include <math.h>
+#include <stdbool.h>
+
+// What has that length already stays as it is, to the last bit: so what was saved is loaded as it was. False if
+// there is no length.
+static inline bool ng_gltf_normalize_rotation(float q[4])
+{
+    float length = sqrtf(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(length > 1e-6f) || !isfinite(length))
+        return false;
+    for (int i = 0; i < 4 && fabsf(length - 1) > 1e-6f; i++)
+        q[i] /= length;
+    return true;
+}
+
+#endif
