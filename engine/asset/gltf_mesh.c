@@ -2,6 +2,7 @@
 // missing computed. A primitive made from the same accessors as an earlier one shares its geometry.
 #include "asset/geometry.h"
 #include "asset/gltf_loader_internal.h"
+#include "asset/gltf_unit.h"
 #include "base/hash.h"
 #include "base/log.h"
 
@@ -179,6 +180,8 @@ static void normalize_influences(struct influences *first, struct influences *mo
         sum += w[k] = fminf(w[k], 1e30f); // so that their sum is finite
     for (size_t k = 0; x && k < 4; k++)
         sum += x[k] = fminf(x[k], 1e30f);
+    if (ng_gltf_is_sum_one(sum))
+        return;
     for (size_t k = 0; k < 4; k++)
         w[k] = sum > 0 ? w[k] / sum : (k == 0 ? 1.0f : 0.0f);
     for (size_t k = 0; x && k < 4; k++)

@@ -1,6 +1,7 @@
 // Geometries and cages into primitives, and the mesh that a node has.
 #include "asset/geometry.h"
 #include "asset/gltf_save_internal.h"
+#include "asset/gltf_unit.h"
 #include "components/components.h"
 #include "components/mesh.h"
 #include "components/skin.h"
@@ -26,7 +27,7 @@ static void normalize_sum(float *w)
     float sum = 0;
     for (int i = 0; i < 4; i++)
         sum += w[i];
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < 4 && !ng_gltf_is_sum_one(sum); i++)
         w[i] /= sum;
 }
 
@@ -148,7 +149,7 @@ static void normalize_eight(float *w)
     float sum = 0;
     for (int i = 0; i < 8; i++)
         sum += w[i];
-    for (int i = 0; i < 8; i++)
+    for (int i = 0; i < 8 && !ng_gltf_is_sum_one(sum); i++)
         w[i] /= sum;
 }
 
