@@ -129,6 +129,8 @@ enum lf_relief {
     LF_BENT = 2, // one of them is not in its plane, or has another normal
 };
 
+#define LF_BETWEEN_BENT 1 // of the lattice of every second pixel, on a surface that bends
+
 struct lf_pixel_clues {
     uint32_t width, height, reflection_rays; // as lf_clues_pixels was told
     struct lf_space space;
@@ -143,9 +145,10 @@ struct lf_pixel_clues {
     float *diffuse[3], *specular[3], *roughness;
     float *reflection_nearness, *reflection_missed, *reflection_albedo[3];
     float *gathered_albedo[3], *gathered_missed;
-    bool misses;                    // some reflection ray met nothing
-    LF_PART(unsigned char) relief;  // by pixel: enum lf_relief
-    LF_PART(unsigned char) between; // the lattice of pixels whose mean one may show (lf_pixel_corners), or 0
+    bool misses;                   // some reflection ray met nothing
+    LF_PART(unsigned char) relief; // by pixel: enum lf_relief
+    // By pixel: the lattice of pixels whose mean it may show (lf_pixel_corners), LF_BETWEEN_BENT, or 0.
+    LF_PART(unsigned char) between;
     uint32_t grid_width, grid_height;       // of every LF_GRID_STEP-th pixel
     LF_PART(struct lf_grid_taps) grid_taps; // of each pixel
     LF_PART(uint32_t) alone;                // pixels that no neighbour on the grid speaks for

@@ -226,6 +226,7 @@ struct lighting {
     const struct lf_pixel_clues *pixels;
     const struct lf_light_clues *light;
     float *const *diffuse, *const *glossy;
+    bool bent;         // also on surfaces that bend
     uint32_t coarsest; // lattice: of flat surfaces every so many-th pixel each way is lit
     uint32_t step;     // of this pass: pixels between those of that lattice; 0: all that are between none
 };
@@ -272,7 +273,8 @@ static void reflect_as(const struct lighting *l, size_t other, size_t pixel, flo
 {
     const struct lf_pixel_clues *p = l->pixels;
     for (int c = 0; c < 3; c++) {
-        diffuse[c] = l->diffuse[c][other] / p->diffuse[c][other] * p->diffuse[c][pixel];
+        float albedo = p->diffuse[c][other]; // of a metal 0, and so is its light
+        diffuse[c] = albedo > 0 ? l->diffuse[c][other] / albedo * p->diffuse[c][pixel] : 0;
         glossy[c] = l->glossy[c][other];
     }
 }
@@ -302,13 +304,21 @@ static bool take_mean(const struct lighting *l, size_t pixel, const size_t other
     return true;
 }
 
+// The lattice between whose pixels one lies; 0: it is lit itself.
+static uint32_t lattice_of(const struct lighting *l, size_t pixel)
+{
+    uint32_t between = l->pixels->between.items[pixel];
+    if (between == LF_BETWEEN_BENT)
+        return l->bent ? 2 : 0;
+    return between <= l->coarsest ? between : 0;
+}
+
 // Whether this pass has to light a pixel itself. A pass between pixels leaves means where they hold.
 static bool has_to_light(const struct lighting *l, uint32_t x, uint32_t y)
 {
     const struct lf_pixel_clues *p = l->pixels;
     size_t pixel = (size_t)y * p->width + x, others[4];
-    uint32_t lattice = p->between.items[pixel];
-    bool between = lattice && lattice <= l->coarsest;
+    uint32_t lattice = lattice_of(l, pixel);
     if (l->step) {
         if (lattice != l->step)
             return false;
@@ -316,7 +326,7 @@ static bool has_to_light(const struct lighting *l, uint32_t x, uint32_t y)
         return !take_mean(l, pixel, others);
     }
     if (p->mask[pixel] > 0)
-        return !between;
+        return !lattice;
     for (int c = 0; c < 3; c++)
         l->diffuse[c][pixel] = l->glossy[c][pixel] = 0;
     return false;
@@ -346,8 +356,12 @@ static void light_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker
 void lf_direct_view(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                     const struct lf_light_clues *light, float *const diffuse[3], float *const glossy[3])
 {
-    bool many = lf_questions_of(lf_tracer_snapshot(scene->tracer)->light_count) == LF_ASK_FEW;
-    struct lighting l = {scene, pixels, light, diffuse, glossy, .coarsest = many ? 4 : 2};
+    enum lf_questions questions = lf_questions_of(lf_tracer_snapshot(scene->tracer)->light_count);
+    struct lighting l = {scene, pixels, light, diffuse, glossy, .coarsest = 2};
+    if (questions >= LF_ASK_FEW) { // what one of many lights is wrong by counts less
+        l.coarsest = 4;
+        l.bent = true;
+    }
     ng_jobs_for(scene->jobs, pixels->height, ROWS, light_rows, &l);
     for (l.step = l.coarsest; l.step > 1; l.step /= 2)
         ng_jobs_for(scene->jobs, pixels->height, ROWS, light_rows, &l);

@@ -247,6 +247,7 @@ static void find_relief_of_rows(void *user, uint32_t begin, uint32_t end, uint32
 #define SAME_F0        1e-3f
 #define LEAST_ALBEDO   1e-3f // by which light is divided
 #define ONE_PLANE      0.95f // bilateral weight
+#define ONE_BEND       0.7f  // the same
 
 // Whether what another pixel reflects says what this one does, but for its albedo. Relief says that of those
 // that touch.
@@ -260,6 +261,24 @@ static bool speaks_for(const struct lf_pixel_clues *p, size_t other, size_t pixe
     return alike && (lattice == 2 || lf_bilateral_weight(p, pixel, other) > ONE_PLANE);
 }
 
+// Whether it may do so of a bent surface where light need not be exact.
+static bool hints_at(const struct lf_pixel_clues *p, size_t other, size_t pixel)
+{
+    bool alike = fabsf(p->roughness[other] - p->roughness[pixel]) < SAME_ROUGHNESS;
+    for (int c = 0; c < 3; c++)
+        alike = alike && (p->diffuse[c][other] > LEAST_ALBEDO || p->diffuse[c][pixel] <= LEAST_ALBEDO) &&
+                fabsf(p->specular[c][other] - p->specular[c][pixel]) < SAME_F0;
+    return alike && lf_bilateral_weight(p, pixel, other) > ONE_BEND;
+}
+
+static bool is_between_alike(const struct lf_pixel_clues *p, const size_t corners[4], size_t pixel)
+{
+    for (int k = 0; k < 4; k++)
+        if (!hints_at(p, corners[k], pixel))
+            return false;
+    return true;
+}
+
 // Each pixel but those of the coarsest lattice is in the middle of two or four of one.
 static uint32_t lattice_around(const struct lf_pixel_clues *p, uint32_t x, uint32_t y)
 {
@@ -267,14 +286,16 @@ static uint32_t lattice_around(const struct lf_pixel_clues *p, uint32_t x, uint3
     size_t pixel = (size_t)y * p->width + x, corners[4];
     while (lattice <= LATTICE && x % lattice == 0 && y % lattice == 0)
         lattice *= 2;
-    if (lattice > LATTICE || p->relief.items[pixel] & LF_BENT || p->roughness[pixel] < NARROW ||
+    if (lattice > LATTICE || !(p->mask[pixel] > 0) || p->roughness[pixel] < NARROW ||
         x + x % lattice >= p->width || y + y % lattice >= p->height)
         return 0;
     lf_pixel_corners(p, x, y, lattice, corners);
-    bool alike = true;
+    bool alike = !(p->relief.items[pixel] & LF_BENT);
     for (int k = 0; k < 4; k++)
         alike = alike && speaks_for(p, corners[k], pixel, lattice);
-    return alike ? lattice : 0;
+    if (alike)
+        return lattice;
+    return lattice == 2 && is_between_alike(p, corners, pixel) ? LF_BETWEEN_BENT : 0;
 }
 
 static void find_between(void *user, uint32_t begin, uint32_t end, uint32_t worker)

@@ -5,6 +5,8 @@
 struct sum {
     const struct lf_pixel_clues *pixels;
     struct lf_light_clues *light;
+    const struct lf_rsm_source *sources;
+    uint32_t source_count;
     float *const *out;
 };
 
@@ -13,7 +15,7 @@ static void sum_lanes(const struct sum *s, const size_t pixels[LF_LANES], float 
     struct lf_shading_points points;
     for (int i = 0; i < LF_LANES; i++)
         lf_shading_points_set_pixel(s->pixels, pixels[i], i, &points);
-    lf_kernels_of(0)->rsm_gather(s->light->sources.items, (uint32_t)s->light->sources.count, &points, value);
+    lf_kernels_of(0)->rsm_gather(s->sources, s->source_count, &points, value);
 }
 
 static void sum_grid(void *user, uint32_t begin, uint32_t end, uint32_t worker)
@@ -94,7 +96,12 @@ static void sum_alone(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 ng_result lf_rsm_gather(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
                         struct lf_light_clues *light, float *const out[3])
 {
-    struct sum sum = {.pixels = pixels, .light = light, .out = out};
+    bool few = lf_questions_of(lf_tracer_snapshot(scene->tracer)->light_count) >= LF_ASK_FEW;
+    struct sum sum = {.pixels = pixels,
+                      .light = light,
+                      .sources = few ? light->sources_of_hits.items : light->sources.items,
+                      .source_count = (uint32_t)(few ? light->sources_of_hits.count : light->sources.count),
+                      .out = out};
     if (!lf_take(&light->memory[LF_LIGHT_VIEW], &light->grid, 3 * lf_grid_points(pixels)))
         return ng_out_of_memory("the view of a light");
     ng_jobs_for(scene->jobs, pixels->grid_height, 1, sum_grid, &sum);
