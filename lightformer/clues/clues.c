@@ -252,6 +252,7 @@ ng_result lf_clues_light(const struct lf_clues_scene *scene, uint32_t light,
     uint32_t count = params && params->vpl_count ? params->vpl_count : LF_VPL_COUNT;
     out->light = light;
     out->maps = params ? params->maps : NULL;
+    out->questions = lf_questions_of(snapshot->light_count);
     out->space = lf_space_of(snapshot);
     memset(&out->values, 0, sizeof out->values);
     ng_light_unit(&snapshot->lights[light].source, &out->unit);

@@ -173,6 +173,7 @@ struct lf_intensity_lobe {
 struct lf_light_clues {
     uint32_t light;
     struct ng_light_source unit; // ng_light_unit of the snapshot's
+    enum lf_questions questions; // how much it asks, as lf_clues_light found it
     float phi;                   // power of `unit`, W
     struct lf_space space;
     struct ng_light_data data;                           // proxy, axes, kind; metres

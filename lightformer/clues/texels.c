@@ -16,6 +16,7 @@
 struct search {
     const struct lf_clues_scene *scene;
     struct lf_light_clues *light;
+    bool thinned; // of four tiles one is traced, and stands for all of them
 };
 
 // ---- what the light sends --------------------------------------------------------------------------------
@@ -139,6 +140,12 @@ static void set_texel(const struct search *search, const struct aim *aim, const 
     }
 }
 
+static void stand_for_four(struct lf_texel *texel)
+{
+    lf_scale(texel->flux, 4, texel->flux);
+    texel->area *= 4;
+}
+
 static void trace_tile(const struct search *search, uint32_t view, uint32_t x0, uint32_t y0)
 {
     struct lf_light_clues *light = search->light;
@@ -160,6 +167,8 @@ static void trace_tile(const struct search *search, uint32_t view, uint32_t x0, 
         *texel = (struct lf_texel){0};
         if (packet.met[i])
             set_texel(search, &aims[i], &hits[i], texel);
+        if (search->thinned)
+            stand_for_four(texel);
     }
 }
 
@@ -167,8 +176,12 @@ static void trace_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worke
 {
     NG_UNUSED(worker);
     enum { ROW = SIDE / TILE, TILES = ROW * ROW };
-    for (uint32_t t = begin; t < end; t++)
-        trace_tile(user, t / TILES, t % ROW * TILE, t / ROW % ROW * TILE);
+    const struct search *search = user;
+    for (uint32_t t = begin; t < end; t++) {
+        uint32_t column = t % ROW, row = t / ROW % ROW;
+        if (!search->thinned || (column % 2 == row / 2 % 2 && row % 2 == column / 2 % 2))
+            trace_tile(search, t / TILES, column * TILE, row * TILE);
+    }
 }
 
 // The renderer's maps hold W of the light as it is.
@@ -280,7 +293,7 @@ static ng_result group_texels(struct lf_light_clues *light)
 
 ng_result lf_texels_find(const struct lf_clues_scene *scene, struct lf_light_clues *light)
 {
-    struct search search = {.scene = scene, .light = light};
+    struct search search = {.scene = scene, .light = light, .thinned = light->questions == LF_ASK_FEW};
     NG_TRY(find_intensity(light));
     if (!lf_take(&light->memory[LF_LIGHT_RSM], &light->texels, (size_t)light->view_count * TEXELS))
         return ng_out_of_memory("the texels of a light");
@@ -288,8 +301,10 @@ ng_result lf_texels_find(const struct lf_clues_scene *scene, struct lf_light_clu
     if (light->maps)
         for (size_t i = 0; i < light->texels.count; i++)
             read_texel(light, power, i, &light->texels.items[i]);
-    else
+    else {
+        memset(light->texels.items, 0, light->texels.count * sizeof *light->texels.items);
         ng_jobs_for(scene->jobs, light->view_count * TEXELS / LF_PACKET, 8, trace_tiles, &search);
+    }
     NG_TRY(write_rows(light));
     return group_texels(light);
 }

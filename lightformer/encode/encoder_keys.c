@@ -51,6 +51,7 @@ uint64_t lf_encoder_rsm_key(const struct lf_encoder *self, const struct ng_frame
     // Buffers belong to a name, and what they refer to belongs to a light.
     uint64_t key = ng_key_add_bytes(NG_KEY, light->kept->type->name, strlen(light->kept->type->name));
     key = ng_key_add(ng_key_add(key, l->entity.id), l->unit_version);
+    key = ng_key_add(key, lf_questions_of(s->light_count) == LF_ASK_FEW);
     if (self->params.rsm == LF_RSM_MAPS) // their flux is that of the light as it is, divided by its power
         key = ng_key_add(key, l->version);
     const float space[] = {s->scene_radius, s->scene_center[0], s->scene_center[1], s->scene_center[2],
