@@ -72,8 +72,9 @@ static void scale_planes(const struct lf_clues_scene *scene, const struct lf_pix
 
 // Row by row, so that the sum is the same for any number of threads.
 struct adding {
-    const float *const *planes;
-    uint32_t width;
+    float *const *planes;
+    const float *seen;
+    size_t width;
     float *rows;
 };
 
@@ -81,24 +82,23 @@ static void add_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     NG_UNUSED(worker);
     const struct adding *a = user;
-    for (uint32_t y = begin; y < end; y++) {
-        size_t first = (size_t)y * a->width;
+    for (size_t y = begin; y < end; y++) {
         float sum = 0;
-        for (uint32_t x = 0; x < a->width; x++)
-            sum += a->planes[0][first + x] + a->planes[1][first + x] + a->planes[2][first + x];
+        for (size_t i = y * a->width; i < (y + 1) * a->width; i++)
+            sum += (a->planes[0][i] + a->planes[1][i] + a->planes[2][i]) * (a->seen ? a->seen[i] : 1);
         a->rows[y] = sum / 3;
     }
 }
 
-static float mean_gathered(const struct lf_clues_scene *scene, const struct lf_pixel_clues *p,
-                           float *const planes[3], float *scratch)
+float lf_mean_shown(const struct lf_clues_scene *scene, const struct lf_pixel_clues *p,
+                    float *const planes[3], const float *seen, float *rows)
 {
-    struct adding a = {(const float *const *)planes, p->width, scratch};
+    struct adding a = {planes, seen, p->width, rows};
     double sum = 0;
     ng_jobs_for(scene->jobs, p->height, 16, add_rows, &a);
     for (uint32_t y = 0; y < p->height; y++)
-        sum += (double)scratch[y];
-    return p->surfaces ? (float)(sum / p->surfaces) : 0;
+        sum += (double)rows[y];
+    return p->surfaces ? lf_finite((float)(sum / p->surfaces)) : 0;
 }
 
 // Of lights that nobody asked what of them reaches, the power stands in.
@@ -157,7 +157,7 @@ ng_result lf_clues_arriving(const struct lf_clues_scene *scene, struct lf_pixel_
     if (lf_clues_wants(scene, LF_INPUT_PIXEL_GATHERED)) {
         sum_all(scene, &sum, HEMISPHERE, p->hemisphere.hits.count);
         lf_hemisphere_spread(scene, p, sum.out, room.scratch.items, gathered);
-        unit += mean_gathered(scene, p, gathered, room.scratch.items);
+        unit += lf_mean_shown(scene, p, gathered, NULL, room.scratch.items);
         p->values.of[LF_INPUT_PIXEL_GATHERED] = gathered[0];
     }
     lf_clues_set_unit(p, unit, lights, light_count);

@@ -123,12 +123,12 @@ static void set_frame(const struct ng_snapshot *snapshot, struct lf_pixel_clues 
     double radius = (double)lf_space_of(snapshot).radius, sum = 0, square = radius * radius;
     uint32_t active = 0;
     for (uint32_t i = 0; i < snapshot->light_count; i++) {
-        float power = ng_light_power(&snapshot->lights[i].source);
-        sum += (double)power;
-        active += power > 0;
+        float phi = ng_light_power(&snapshot->lights[i].source);
+        sum += (double)phi;
+        active += phi > 0;
     }
-    p->power = lf_finite((float)(sum / square));
-    p->mean_power = active ? p->power / (float)active : 0;
+    float power = lf_finite((float)(sum / square));
+    p->mean_power = active ? power / (float)active : 0;
     p->values.of[LF_INPUT_FRAME_RADIANCE] = &p->radiance;
     p->values.of[LF_INPUT_FRAME_MEAN_POWER] = &p->mean_power;
 }
@@ -286,50 +286,17 @@ static bool wants_visibility(const struct lf_clues_scene *s)
            lf_clues_wants(s, LF_INPUT_VIEW_VISIBILITY_SPECULAR);
 }
 
-// What pixels show of a light, but for what is indirect. Highlights, which a few pixels may have most of,
-// count little; of metals there is nothing else.
-struct reaching {
-    const struct lf_pixel_clues *pixels;
-    float *const *diffuse, *const *glossy;
-    const float *seen_diffuse, *seen_glossy; // visibility; null: all of it
-    float *rows;                             // [height]: sums
-};
-
-static float add_lobe(float *const planes[3], const float *seen, size_t first, size_t count)
-{
-    const float *r = planes[0] + first, *g = planes[1] + first, *b = planes[2] + first;
-    float sum = 0;
-    for (size_t i = 0; i < count; i++)
-        sum += (r[i] + g[i] + b[i]) * (seen ? seen[first + i] : 1);
-    return sum / 3;
-}
-
-static void add_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
-{
-    NG_UNUSED(worker);
-    const struct reaching *r = user;
-    size_t width = r->pixels->width;
-    for (uint32_t y = begin; y < end; y++)
-        r->rows[y] = add_lobe(r->diffuse, r->seen_diffuse, y * width, width) +
-                     HIGHLIGHTS * add_lobe(r->glossy, r->seen_glossy, y * width, width);
-}
-
-// The light's part of frame.radiance, at unit power.
+// The light's part of frame.radiance, at unit power: what pixels show of it, but for what is indirect.
+// Highlights, which a few pixels may have most of, count little; of metals there is nothing else.
 static float mean_reaching(const struct lf_clues_scene *scene, const struct lf_pixel_clues *p,
                            const struct view_planes *planes)
 {
-    bool specular = lf_clues_wants(scene, LF_INPUT_VIEW_VISIBILITY_SPECULAR);
-    struct reaching r = {.pixels = p,
-                         .diffuse = planes->diffuse,
-                         .glossy = planes->glossy,
-                         .seen_diffuse = wants_visibility(scene) ? planes->visibility_diffuse[0] : NULL,
-                         .seen_glossy = specular ? planes->visibility_specular[0] : NULL,
-                         .rows = planes->rays[0]};
-    double sum = 0;
-    ng_jobs_for(scene->jobs, p->height, 16, add_rows, &r);
-    for (uint32_t y = 0; y < p->height; y++)
-        sum += (double)r.rows[y];
-    return p->surfaces ? lf_finite((float)(sum / p->surfaces)) : 0;
+    bool diffuse = wants_visibility(scene),
+         specular = lf_clues_wants(scene, LF_INPUT_VIEW_VISIBILITY_SPECULAR);
+    float *rows = planes->rays[0];
+    return lf_mean_shown(scene, p, planes->diffuse, diffuse ? planes->visibility_diffuse[0] : NULL, rows) +
+           HIGHLIGHTS * lf_mean_shown(scene, p, planes->glossy,
+                                      specular ? planes->visibility_specular[0] : NULL, rows);
 }
 
 // All there is to the visibility of a light without extent is one distance.

@@ -136,7 +136,6 @@ struct lf_pixel_clues {
     struct lf_space space;
     struct ng_camera_eye eye;
     float radiance, mean_power; // frame.*
-    float power;                // sum of Phi / R^2 of all lights, W/m2
     uint32_t surfaces;          // pixels that show one
     struct lf_memory memory[LF_PIXEL_PARTS];
     float *planes[LF_PIXEL_PLANES]; // all of them:
@@ -271,6 +270,11 @@ static inline float lf_skin_along(const struct lf_light_clues *light, const stru
 
 // bytes.c: rays of reflections from pixels, however much reflects.
 uint64_t lf_reflection_rays_at_most(const struct lf_pixel_clues *pixels);
+
+// arriving.c: the mean over a picture's surfaces, and channels, of what three planes hold, as far as it is
+// `seen` (null: all of it). `rows`: [height], overwritten.
+float lf_mean_shown(const struct lf_clues_scene *scene, const struct lf_pixel_clues *pixels,
+                    float *const planes[3], const float *seen, float *rows);
 
 // clues.c: frame.radiance, and light.share by it.
 void lf_clues_set_unit(struct lf_pixel_clues *pixels, float unit, struct lf_light_clues *const *lights,

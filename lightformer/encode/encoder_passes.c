@@ -58,8 +58,7 @@ void lf_lend_pixels(const struct ng_pass_context *ctx, const struct lf_pixel_buf
 void lf_lend_arriving(const struct ng_pass_context *ctx, const struct lf_pixel_buffers *buffers,
                       struct lf_pixel_clues *clues)
 {
-    if (buffers->parts[LF_PIXEL_ARRIVING].id)
-        lend_part(ctx, buffers, LF_PIXEL_ARRIVING, clues);
+    lend_part(ctx, buffers, LF_PIXEL_ARRIVING, clues);
 }
 
 static void lend_light(const struct ng_pass_context *ctx, enum lf_light_part part, struct ng_graph_ref ref,

@@ -205,8 +205,7 @@ static void declare_pass(struct lf_gather *self, struct ng_composer *composer, s
                                                                          .flags = NG_PASS_ON_DEMAND,
                                                                          .key = data->pixels->powers_key});
     lf_read_pixels(pass, &data->pixels->buffers);
-    if (data->pixels->buffers.parts[LF_PIXEL_ARRIVING].id)
-        ng_pass_read(pass, data->pixels->buffers.parts[LF_PIXEL_ARRIVING], NG_USE_HOST_READ);
+    ng_pass_read(pass, data->pixels->buffers.parts[LF_PIXEL_ARRIVING], NG_USE_HOST_READ);
     for (size_t i = 0; i < self->embeddings.count; i++) {
         const struct lf_light_buffers *b = &self->embeddings.items[i].buffers;
         const struct ng_graph_ref refs[] = {b->light, b->embedding, b->kept};
